@@ -279,6 +279,7 @@ def show_line_screening(scene: LineScene, highest: float | None, as_json: bool) 
 
     from modal.screening.line_screen import STATE_COLUMNS
     from modal.screening.screen import screen
+    from modal.screening.verdict import RISK_OF
 
     found = screen(scene, highest)
     content = {
@@ -287,7 +288,7 @@ def show_line_screening(scene: LineScene, highest: float | None, as_json: bool) 
         "galloping_from": found.galloping_from,
         "onset_wind_speed": found.onset_wind_speed,
     }
-    lines: list[Any] = [scene.title, f"risk of a 2:1 swing: {found.risk}", found.reason]
+    lines: list[Any] = [scene.title, f"{RISK_OF}: {found.risk}", found.reason]
     lines += [
         f"from rest: {one.disturbance} grows by {one.growth_rate:.3g} 1/s, from 1 mm to 0.1 m in"
         f" {one.time():.3g} s"

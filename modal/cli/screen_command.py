@@ -116,7 +116,9 @@ def _growth(transfer: Transfer) -> str:
 
 def _lines(scene: Scene, found: Screening) -> list[Any]:
     """Lines and table of the output for people."""
-    lines = [scene.title, f"risk of a 2:1 swing: {found.risk}", found.reason]
+    from modal.screening.verdict import RISK_OF
+
+    lines = [scene.title, f"{RISK_OF}: {found.risk}", found.reason]
     lines += [f"from {one.origin}: {_growth(one)}" for one in found.transfers]
     if not found.galloping:
         return lines

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.plots import add_title, drawing
 from modal.linear.modes import Mode
+from modal.screening.verdict import RISK_OF
 from modal.stability.criteria import Criterion
 
 if TYPE_CHECKING:
@@ -399,5 +400,5 @@ def screening_figure(found: Screening) -> Figure:
             axes.set_xlabel("wind speed [m/s]")
         if cycles or found.saturated is not None:
             amplitude.legend(frameon=False)
-        figure.suptitle(f"risk of a 2:1 swing: {found.risk}", fontsize=9.0)
+        figure.suptitle(f"{RISK_OF}: {found.risk}", fontsize=9.0)
         return figure

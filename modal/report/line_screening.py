@@ -13,6 +13,7 @@ from modal.report.tables import Table
 from modal.screening.line_screen import STATE_COLUMNS, LineScreening, LineState
 from modal.screening.line_settled import ALIKE
 from modal.screening.line_states import CALM
+from modal.screening.verdict import RISK_OF
 
 ALIKE_BEATING = 0.3
 """As `ALIKE` for a state that beats: the largest amplitude of a short window varies (chosen)."""
@@ -28,7 +29,7 @@ def screening_sentences(
     if isinstance(found, Missing):
         yield f"The screening is missing: {found.reason}"
         return
-    yield f"Risk of a swing by the screening: {found.risk}; {found.reason}."
+    yield f"{RISK_OF.capitalize()} by the screening: {found.risk}; {found.reason}."
     if sentence := unresolved(found):
         yield sentence
     if sentence := agreement(found, result):

@@ -18,6 +18,7 @@ from gallop_fmu.simulation.result import frequency_text, summary
 from modal.linear.modes import Mode
 from modal.report.findings import Findings, Missing, Statics
 from modal.screening.screen import Screening
+from modal.screening.verdict import RISK_OF
 from modal.stability.critical_wind import CriticalWind
 
 MAX_PRINTED_NUMBERS = 8
@@ -359,13 +360,16 @@ def _onset_card(onsets: list[CriticalWind]) -> Card:
 
 
 def _risk_card(found: Screening) -> Card:
-    """Risk of a swing, and its onset."""
+    """Risk of a swing or of turning over, and its onset."""
     remark = "no onset found"
     if found.risk == "other" and found.other_mode is not None:
         remark = f"but {found.other_mode}"
+    elif found.risk == "turns over":
+        least = found.divergence_from
+        remark = "stable only when turned over" if least is None else f"from {least:.2f} m/s"
     elif found.onset_wind_speed is not None:
         remark = f"from {found.onset_wind_speed:.2f} m/s"
-    return Card("Risk of a 2:1 swing", found.risk, remark, "ratio")
+    return Card(RISK_OF.capitalize(), found.risk, remark, "ratio")
 
 
 def _motion_card(result: Result) -> Card:

@@ -18,7 +18,7 @@ from modal.screening.line_rest import LineOnset, LineRest, Trial, line_rest, ons
 from modal.screening.line_settled import settled_states
 from modal.screening.line_states import LineState
 from modal.screening.line_transitions import LineTransition, transitions
-from modal.screening.verdict import Risk
+from modal.screening.verdict import RISK_OF, Risk, divergence_sentence, with_turning
 
 __all__ = ["LineOnset", "LineScreening", "LineState", "LineTransition", "screen_line"]
 
@@ -44,12 +44,15 @@ class LineScreening:
 
     Attributes
     ----------
-    risk : {"none", "other", "detuned", "possible", "certain", "undetermined"}
-        Risk of a swing of strings or spans at half the frequency of galloping. ``"none"``: no
+    risk : {"none", "other", "detuned", "possible", "certain", "turns over", "undetermined"}
+        Risk of a swing of strings or spans at half the frequency of galloping or, if none was
+        found, of turning over. ``"none"``: no
         motion begins up to `highest_wind`. ``"other"``: no span gallops in one loop, but another
         motion begins. ``"detuned"``: spans gallop, but no swing was found. ``"possible"``: a swing
         starts only at other wind speeds, or after a strong disturbance. ``"certain"``: galloping
-        starts the swing at the line's wind. ``"undetermined"``: rest is unstable in the line's
+        starts the swing at the line's wind. ``"turns over"``: no swing was found, but rest is
+        statically unstable in a wind up to `highest_wind`, or it is unstable in the line's wind and
+        a stable state is turned over. ``"undetermined"``: rest is unstable in the line's
         wind, but no motion was found that it settles at; `reason` says why.
     reason : str
         Reason for the risk, as a sentence.
@@ -99,7 +102,7 @@ class LineScreening:
     def _repr_html_(self) -> str:
         """Table for notebooks."""
         return notebook_table(
-            f"Risk of a swing of the line at {self.wind_speed:g} m/s: {self.risk}",
+            f"{RISK_OF.capitalize()}, {self.wind_speed:g} m/s: {self.risk}",
             STATE_COLUMNS,
             self.state_rows(),
             (self.reason, *self.unresolved, *self.warnings),
@@ -187,7 +190,9 @@ def screen_line(scene: LineScene, highest_wind: float) -> LineScreening:
     found, doubts = transitions(rest)
     is_stable = bool(equilibria) and equilibria[0][1]
     ended = (rest.end_reason,) if rest.end_reason else ()
-    risk = _risk(begin, found, settled.states, is_stable, wind)
+    swing = _risk(begin, found, settled.states, is_stable, wind)
+    turned = [state.is_turned_over for state in settled.states]
+    risk = with_turning(swing, rest.divergence, turned, not is_stable)
     unresolved = (*settled.doubts, *doubts, *ended)
     return LineScreening(
         risk=risk,
@@ -279,7 +284,7 @@ def _reason(
         parts = [f"no motion begins up to {rest.highest:.4g} m/s"]
     parts += [str(one) for one in found]
     if rest.divergence is not None:
-        parts.append(f"rest is statically unstable from {rest.divergence:.4g} m/s (divergence)")
+        parts.append(divergence_sentence(rest.divergence))
     settled = [state for state in states if state.kind != "not settled"]
     if settled:
         listed = " or ".join(map(str, settled))

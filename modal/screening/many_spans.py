@@ -26,7 +26,8 @@ from modal.stability.frequency_ratio import FrequencyRatio, frequency_ratio
 SCREENING_COLUMNS = {
     "risk": (
         "",
-        "risk of a swing: none, other, detuned, possible, certain, undetermined",
+        "risk of a swing or of turning over: none, other, detuned, possible, certain, turns over,"
+        " undetermined",
     ),
     "reason": ("", "reason for the risk"),
     "wind_speed": ("m/s", "the scene's wind speed"),
@@ -41,6 +42,7 @@ SCREENING_COLUMNS = {
         "wind speed at which a mode other than the first symmetric vertical one gallops",
     ),
     "onset_wind_speed": ("m/s", "wind speed at which the swing starts"),
+    "divergence_from": ("m/s", "wind speed from which rest is statically unstable"),
     "until_wind_speed": ("m/s", "wind speed from which the swing no longer starts"),
     "threshold_amplitude": ("m", "vertical amplitude at which the swing starts"),
     "galloping_vertical": (
@@ -129,6 +131,7 @@ def row_of(found: Screening | LineScreening) -> Row:
         "highest_wind": found.highest_wind,
         "galloping_from": found.galloping_from,
         "onset_wind_speed": found.onset_wind_speed,
+        "divergence_from": found.divergence_from,
         **own,
         "states": "; ".join(str(state) for state in found.states),
         "unresolved": "; ".join(found.unresolved),

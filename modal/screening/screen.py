@@ -19,7 +19,7 @@ from modal.screening.line_screen import LineScreening, screen_line
 from modal.screening.other_modes import OtherMode
 from modal.screening.span_diagram import span_diagram, span_model
 from modal.screening.two_mode_estimate import TwoMode, estimate
-from modal.screening.verdict import Risk, judge
+from modal.screening.verdict import RISK_OF, Risk, judge
 from modal.stability.frequency_ratio import FrequencyRatio, frequency_ratio
 
 __all__ = ["Cycle", "Screening", "StableState", "Transfer", "screen"]
@@ -37,14 +37,16 @@ class Screening:
 
     Attributes
     ----------
-    risk : {"none", "other", "detuned", "possible", "certain", "undetermined"}
-        Risk of a swing. ``"none"``: no mode gallops up to `highest_wind`. ``"other"``: the first
-        symmetric vertical mode does not gallop, so that no 2:1 swing starts, but another mode does.
-        ``"detuned"``: the first symmetric vertical mode gallops, but starts no swing.
-        ``"possible"``: it starts a swing only at other wind speeds, or after a strong disturbance.
-        ``"certain"``: galloping starts the swing at the scene's wind. ``"undetermined"``: the span
-        is unstable at the scene's wind, but no motion was found that it settles at; `reason` says
-        why.
+    risk : {"none", "other", "detuned", "possible", "certain", "turns over", "undetermined"}
+        Risk of a swing or, if none starts, of turning over. ``"none"``: no mode gallops up to
+        `highest_wind`. ``"other"``: the first symmetric vertical mode does not gallop, so that no
+        2:1 swing starts, but another mode does. ``"detuned"``: the first symmetric vertical mode
+        gallops, but starts no swing. ``"possible"``: it starts a swing only at other wind speeds,
+        or after a strong disturbance. ``"certain"``: galloping starts the swing at the scene's
+        wind. ``"turns over"``: no swing
+        starts, but rest is statically unstable in a wind up to `highest_wind`, or it is unstable at
+        the scene's wind and a stable state is turned over. ``"undetermined"``: the span is unstable
+        at the scene's wind, but no motion was found that it settles at; `reason` says why.
     reason : str
         Reason for the risk, as a sentence.
     wind_speed, highest_wind : float
@@ -75,6 +77,8 @@ class Screening:
     other_mode : OtherMode or None
         The mode, other than the first symmetric vertical one, that gallops at the lowest wind up to
         `highest_wind`.
+    divergence_from : float or None
+        Wind speed [m/s] from which rest is statically unstable; None: it is not.
     states : tuple of StableState
         All stable states at the scene's wind that were found: equilibria, periodic motions, and
         beating ones, which are simulated. Which of them the span reaches depends on its start.
@@ -107,6 +111,7 @@ class Screening:
     saturated: Cycle | None
     antisymmetric_growth: float | None
     other_mode: OtherMode | None
+    divergence_from: float | None
     states: tuple[StableState, ...]
     transfers: tuple[Transfer, ...]
     unresolved: tuple[str, ...]
@@ -127,12 +132,13 @@ class Screening:
             ("galloping from a wind of", self.galloping_from, "m/s"),
             ("vertical amplitude without swing", gallops, "m"),
             ("swing from a wind of", self.onset_wind_speed, "m/s"),
+            ("statically unstable from a wind of", self.divergence_from, "m/s"),
             ("vertical amplitude at which it starts", self.threshold_amplitude, "m"),
             ("vertical amplitude with swing", saturated and saturated.vertical, "m"),
             ("horizontal amplitude with swing", saturated and saturated.horizontal, "m"),
         )
         return notebook_table(
-            f"Risk of a swing at {self.wind_speed:g} m/s: {self.risk}",
+            f"{RISK_OF.capitalize()}, {self.wind_speed:g} m/s: {self.risk}",
             ("", "value", "unit"),
             [(name, "-" if value is None else f"{value:.4g}", unit) for name, value, unit in rows],
             (self.reason, *self.warnings),
@@ -262,6 +268,7 @@ def screen(scene: SceneLike, highest_wind: float | None = None) -> Screening | L
         saturated=judged.saturated,
         antisymmetric_growth=judged.antisymmetric_growth,
         other_mode=judged.other_mode,
+        divergence_from=judged.divergence_from,
         states=judged.states,
         transfers=judged.transfers,
         unresolved=judged.unresolved,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -25,7 +25,10 @@ from modal.screening.settled import Settled, amplitudes, settled_states, vertica
 from modal.screening.span_diagram import CRITICAL_LEVEL, SpanDiagram
 from modal.stability.frequency_ratio import FrequencyRatio
 
-Risk = Literal["none", "other", "detuned", "possible", "certain", "undetermined"]
+Risk = Literal["none", "other", "detuned", "possible", "certain", "turns over", "undetermined"]
+
+RISK_OF = "risk of a 2:1 swing or of turning over"
+"""Title of a risk in all output."""
 
 MIN_TRANSFER = 1e-5
 """Growth rate [1/s] of a disturbance above which it is reported: tenfold in 64 h."""
@@ -49,9 +52,30 @@ class Judgement:
     saturated: Cycle | None
     antisymmetric_growth: float | None
     other_mode: OtherMode | None
+    divergence_from: float | None
     states: tuple[StableState, ...]
     transfers: tuple[Transfer, ...]
     unresolved: tuple[str, ...]
+
+
+def with_turning(
+    risk: Risk, divergence: float | None, states_turned: Iterable[bool], rest_is_unstable: bool
+) -> Risk:
+    """Risk of a swing, or that of turning over if no swing starts.
+
+    Parameters
+    ----------
+    risk
+        Risk of a swing.
+    divergence
+        Wind speed [m/s] from which rest is statically unstable; None: it is not.
+    states_turned
+        For each stable state in the wind, True if it is turned over.
+    rest_is_unstable
+        True if a disturbance of rest grows in the wind: it can lead to any of the states.
+    """
+    turns = divergence is not None or (rest_is_unstable and any(states_turned))
+    return "turns over" if turns and risk in ("none", "other", "detuned") else risk
 
 
 @dataclass(frozen=True)
@@ -100,12 +124,16 @@ def judge(diagram: SpanDiagram, frequencies: FrequencyRatio) -> Judgement:
         other_mode=other_mode(min(others, key=lambda one: one.parameter), diagram.model)
         if others
         else None,
+        divergence_from=_divergence(diagram),
         states=settled.states,
         transfers=_transfers(diagram),
         unresolved=doubts,
     )
-    risk = _risk(diagram, known)
-    return replace(known, risk=risk, reason=_reason(diagram, known, risk, frequencies))
+    turned = [state.is_turned_over for state in known.states]
+    unstable = _rest_is_unstable(diagram)
+    swing = _risk(diagram, known)
+    risk = with_turning(swing, known.divergence_from, turned, unstable)
+    return replace(known, risk=risk, reason=_reason(diagram, known, swing, frequencies))
 
 
 def _beginning(events: Sequence[Event]) -> list[Event]:
@@ -286,14 +314,18 @@ def _divergence(diagram: SpanDiagram) -> float | None:
     return min((event.parameter for event in events if event.kind in kinds), default=None)
 
 
+def divergence_sentence(wind: float) -> str:
+    """Say from which wind speed [m/s] rest is statically unstable."""
+    return f"rest is statically unstable from {wind:.4g} m/s (divergence)"
+
+
 def _reason(diagram: SpanDiagram, known: Judgement, risk: Risk, frequencies: FrequencyRatio) -> str:
     """Word the verdict as a sentence."""
     parts = [_pair_sentence(diagram, known, frequencies)]
     if risk == "other":
         parts = [f"the 2:1 pair is not at risk ({parts[0]}), but {known.other_mode}"]
-    divergence = _divergence(diagram)
-    if divergence is not None:
-        parts.append(f"rest is statically unstable from {divergence:.4g} m/s (divergence)")
+    if known.divergence_from is not None:
+        parts.append(divergence_sentence(known.divergence_from))
     moving = [state for state in known.states if state.kind != "rest" or "over" in state.name]
     if moving:
         listed = " or ".join(str(state) for state in moving)

@@ -18,6 +18,7 @@ from modal.linear.modes import natural_modes
 from modal.motions.line_basis import BUNDLE_FACTOR, MAX_MODES
 from modal.screening.line_screen import LineScreening
 from modal.screening.screen import screen
+from modal.screening.verdict import divergence_sentence
 from modal.study.conditions import steady_wind
 from modal.study.measures import Measure, measures
 from modal.study.ranked import Effect, Progress, Ranked, RankedMeasures, place_of
@@ -138,7 +139,7 @@ def _screened(measure: Measure, before: Effect, highest: float) -> Ranked:
     after = effect_on_line(found, len(line.section.spans))
     doubts = [f"unresolved: {text}" for text in found.unresolved]
     if found.divergence_from is not None:
-        doubts.append(f"rest is statically unstable from {found.divergence_from:.3g} m/s")
+        doubts.append(divergence_sentence(found.divergence_from))
     by = "screening" if after.is_known else ""
     return replace(row, after=after, verified_by=by, reason="; ".join(doubts))
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from modal.report.findings import Missing
 from modal.report.line_screening import agreement, settled, unresolved
 from modal.screening.line_screen import LineScreening
+from modal.screening.verdict import divergence_sentence
 from modal.study.study import LineStudy
 
 
@@ -64,6 +65,14 @@ def states(study: LineStudy) -> Iterator[str]:
         yield sentence
 
 
+def turning(found: LineScreening) -> str:
+    """Reason why a span turns over, with a colon before it; empty if none does."""
+    if found.divergence_from is not None:
+        return f": {divergence_sentence(found.divergence_from)}"
+    turned = next((state.name for state in found.states if state.is_turned_over), "")
+    return turned and f": stable at {found.wind_speed:g} m/s is {turned}"
+
+
 def swing(study: LineStudy) -> str:
     """Swing at half the frequency of galloping by the screening of the worst case."""
     found = screening_of(study)
@@ -80,6 +89,8 @@ def swing(study: LineStudy) -> str:
         f" winds, or after a disturbance{remark}.",
         "certain": "Yes: by the screening, galloping starts a swing at half its frequency in the"
         f" worst case{remark}.",
+        "turns over": "By the screening, no swing starts, but a span turns over"
+        f"{turning(found)}{remark}.",
         "undetermined": "The screening of the worst case is unresolved:"
         f" {'; '.join(found.unresolved) or 'no stable motion was found'}.",
     }

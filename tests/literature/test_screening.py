@@ -233,7 +233,7 @@ def test_the_pair_that_is_not_at_risk_does_not_hide_two_loops_that_gallop():
     """A drawn span (Drake, 299 m, 12 mm of ice) whose first symmetric vertical mode is stable."""
     scene = gf.Scene.from_dict(json.loads((DATA / "two_loops_only.json").read_text()))
     found = modal.screen(scene)
-    assert (found.risk, found.galloping_from) == ("other", None)
+    assert (found.risk, found.galloping_from) == ("turns over", None)  # at 2.9 m/s and more
     assert "the 2:1 pair is not at risk" in found.reason
     assert "but two loops gallop from 2.91 m/s" in found.reason
     assert (found.other_mode.family, found.other_mode.loops) == ("vertical", 2)
@@ -271,7 +271,7 @@ def test_the_answer_does_not_depend_on_the_scenes_wind(wind):
     At 4 m/s a simulation gallops in one loop at 0.46 m for 1500 s.
     """
     found = modal.screen(FULL_CIRCLE.with_values({"wind.speed": wind}), 12.0)
-    assert (found.risk, found.onset_wind_speed) == ("detuned", None)
+    assert (found.risk, found.onset_wind_speed) == ("turns over", None)
     assert found.galloping_from == pytest.approx(1.8648, abs=2e-4)
     assert found.other_mode.wind_speed == pytest.approx(3.649, abs=2e-3)
     turned = [state for state in found.states if state.name == "rest, turned over"]
@@ -284,7 +284,7 @@ def test_two_loops_that_gallop_beyond_the_crossover_are_found():
     """Two loops from 2.93 m/s; the span turns over and gallops there."""
     scene = gf.Scene.from_dict(json.loads((DATA / "two_loops_only.json").read_text()))
     found = modal.screen(scene)
-    assert found.risk == "other"
+    assert found.risk == "turns over"
     assert found.other_mode.loops == 2
     assert found.other_mode.wind_speed == pytest.approx(2.91, abs=0.03)
     assert any(state.name.startswith("rest, turned over") for state in found.states)

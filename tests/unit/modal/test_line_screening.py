@@ -21,6 +21,7 @@ from modal.screening.line_rest import line_rest
 from modal.screening.line_settled import difference, settled_states
 from modal.screening.line_states import Histories, state_at_end
 from modal.screening.line_transitions import transitions
+from modal.screening.many_spans import row_of
 from support.galloping_lines import section_of_example2
 
 DAMPED = {
@@ -101,7 +102,7 @@ def test_report_compares_its_run_with_the_states(section, screened):
     assert agreement(screened, begun).startswith("The run had not settled")
     doubtful = replace(screened, unresolved=("one", "two"))
     assert list(screening_sentences(doubtful, Missing("gone."))) == [
-        f"Risk of a swing by the screening: detuned; {screened.reason}.",
+        f"Risk of a 2:1 swing or of turning over by the screening: detuned; {screened.reason}.",
         "Unresolved by the screening: one; two.",
     ]
     table = states_table(screened)
@@ -212,6 +213,9 @@ def test_section_turns_over_in_one_span():
     scene = scene.with_values({"wind.speed": wind})
     found = modal.screen(scene)
     assert found.divergence_from == pytest.approx(begins, rel=6e-4)
+    assert (found.risk, row_of(found)["risk"]) == ("turns over", "turns over")
+    said = " ".join(screening_sentences(found, Missing("")))
+    assert f"turning over by the screening: turns over; {found.reason}" in said
     assert "rest is statically unstable from" in found.reason
     assert not found.onsets
     assert [state.name for state in found.states] == ["rest, turned over"] * 2
@@ -296,7 +300,7 @@ def test_screening_is_shown(section, screened, tmp_path):
     path = tmp_path / "section.toml"
     path.write_text(section.to_toml())
     shown = CliRunner().invoke(app, ["screen", str(path)]).output
-    assert "risk of a 2:1 swing: detuned" in shown
+    assert "risk of a 2:1 swing or of turning over: detuned" in shown
     assert "one loop, periodic" in shown
     numbers = json.loads(CliRunner().invoke(app, ["screen", str(path), "--json"]).output)
     assert numbers["states"][0]["vertical"] == pytest.approx(screened.states[0].vertical)

@@ -282,6 +282,12 @@ def test_the_screening_of_the_worst_case_is_said(study):
     assert "disagree: a case gallops at 6 m/s" in " ".join(begin.evidence)
     assert "found no swing" in swing.evidence[0]
     assert "Unresolved by the screening: why." in swing.evidence[0]
+    turned = replace(calm, risk="turns over", divergence_from=5.0, unresolved=())
+    other = replace(study, findings=replace(study.findings, screening=turned))
+    assert (
+        "By the screening, no swing starts, but a span turns over: rest is statically unstable from"
+        " 5 m/s (divergence)."
+    ) in answers(other)[5].evidence
     gone = replace(study, findings=replace(study.findings, screening=Missing("no wind.")))
     assert "The screening is missing: no wind." in answers(gone)[5].evidence
 
