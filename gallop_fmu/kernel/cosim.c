@@ -22,6 +22,7 @@ static void return_to_start(gallop_cosim *c)
     memset(c->in.rate, 0, cosim_input_bytes(c));
     memset(c->in.reached, 0, cosim_input_bytes(c));
     memset(c->in.trend, 0, cosim_input_bytes(c));
+    memset(c->in.given, 0, cosim_input_bytes(c));
     resource_start_inputs(&c->parameters, c->in.value);
 }
 
@@ -45,7 +46,8 @@ static double *take(double **block, size_t count)
 static cosim_inputs take_inputs(double **block, size_t count)
 {
     double *first = take(block, COSIM_INPUT_ARRAYS * count);
-    return (cosim_inputs){first, first + count, first + 2 * count, first + 3 * count};
+    return (cosim_inputs){first, first + count, first + 2 * count, first + 3 * count,
+                          first + 4 * count};
 }
 
 /* Allocates the arrays whose lengths the resource gives; false: there is not enough memory. */

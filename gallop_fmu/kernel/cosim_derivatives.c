@@ -83,7 +83,7 @@ static int repeat_with(gallop_cosim *c, double *input, gallop_report *report)
 {
     const gallop_model *model = c->span.model;
     const cosim_inputs with = {input, c->last_step.with.rate, c->last_step.with.reached,
-                               c->last_step.with.trend};
+                               c->last_step.with.trend, c->last_step.with.given};
     if (c->last_step.base == COSIM_DERIV_LAST_STEP) {
         copy_state_to_work(c);
         const int outcome = gallop_rewind(model, c->span.work, NEWTON_FACTOR);

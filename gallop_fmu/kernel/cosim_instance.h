@@ -35,9 +35,10 @@ typedef struct {
     double *rate;    /* during one step [unit/s] */
     double *reached; /* by a motion at the start of the step */
     double *trend;   /* of a motion: its velocity as the last steps show it [unit/s] */
+    double *given;   /* 1: the host gives this rate in the step, or this velocity in every step */
 } cosim_inputs;
 
-#define COSIM_INPUT_ARRAYS 4 /* of cosim_inputs */
+#define COSIM_INPUT_ARRAYS 5 /* of cosim_inputs */
 
 /* What the present outputs can be compared with to take derivatives. */
 typedef enum {

@@ -57,13 +57,19 @@ static double given_rate(const gallop_cosim *c, const cosim_inputs *with, uint32
     return with->rate[input] + (with->value[k] + 0.5 * size * with->rate[k]);
 }
 
-/* Velocity of a tower's point without the part that a ramp adds: the given velocity; if that is
- * zero or not given, the velocity of the last longer step (trend). */
+/* True if the host gives the velocity of a tower's point, which may be zero. */
+static bool is_given(const gallop_cosim *c, const cosim_inputs *with, uint32_t input)
+{
+    const int32_t k = c->velocity[input];
+    return with->given[input] != 0.0 || (k >= 0 && with->given[k] != 0.0);
+}
+
+/* Velocity of a tower's point without the part that a ramp adds: the given velocity; if none is
+ * given, the velocity of the last longer step (trend). */
 static double steady_rate(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
                           double size)
 {
-    const double rate = given_rate(c, with, input, size);
-    return rate != 0.0 ? rate : with->trend[input];
+    return is_given(c, with, input) ? given_rate(c, with, input, size) : with->trend[input];
 }
 
 /* Velocity of a tower's point in a step.  It reaches the given place at the end of the step; in a
@@ -83,7 +89,7 @@ double cosim_trend_after(const gallop_cosim *c, const cosim_inputs *with, uint32
 {
     const double steady = steady_rate(c, with, input, size);
     const double moved = motion_rate_of(c, with, input, size, ramp);
-    if (given_rate(c, with, input, size) != 0.0) return steady;
+    if (is_given(c, with, input)) return steady;
     return ramp > size ? steady + (moved - steady) * (size / ramp) : moved;
 }
 
@@ -140,6 +146,7 @@ void cosim_copy_inputs(const gallop_cosim *c, cosim_inputs *to, const cosim_inpu
     memcpy(to->rate, from->rate, cosim_input_bytes(c));
     memcpy(to->reached, from->reached, cosim_input_bytes(c));
     memcpy(to->trend, from->trend, cosim_input_bytes(c));
+    memcpy(to->given, from->given, cosim_input_bytes(c));
 }
 
 gallop_cosim_status cosim_span_make_current(gallop_cosim *c)

@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MAGIC "GALLOPF8" /* the last character is the version of the format */
+#define STATE_MAGIC "GALLOPF9" /* the last character is the version of the format */
 
-/* Followed by values, rates, reached places and trends of the inputs, the same of the last step,
- * the parameters, as stored in the scene, the kernel's state, and its state at the start of the
- * last step.  Without gaps: it is written as bytes. */
+/* Followed by the arrays of `cosim_inputs`, the same of the last step, the parameters, as stored in
+ * the scene, the kernel's state, and its state at the start of the last step.  Without gaps: it is
+ * written as bytes. */
 struct gallop_cosim_saved {
     char magic[8];
     uint64_t size, checksum; /* of everything; of all bytes that follow this field */

@@ -48,6 +48,16 @@ static void choose_rates(const gallop_cosim *c, double size, double *rate)
     }
 }
 
+/* A host may set all inputs that it does not use to zero. Velocities count as given from the first
+ * one on that is not zero. */
+static void note_velocities(gallop_cosim *c)
+{
+    for (uint32_t i = 0; i < c->input_count; i++) {
+        const int32_t k = c->velocity[i];
+        if (k >= 0 && c->in.value[k] != 0.0) c->in.given[k] = 1.0;
+    }
+}
+
 /* Time in which towers reach their places: the step, or what is left of the time of a longer step
  * before.  The way that a late host gives still belongs to that step, and would need a velocity
  * without bound. */
@@ -63,8 +73,9 @@ gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
 
     /* From the instance's own time, so that differences of the clocks do not add up. */
     const double until = time + step, size = until - c->run.time;
-    const cosim_inputs with = {c->in.value, c->step_rate, c->in.reached, c->in.trend};
+    const cosim_inputs with = {c->in.value, c->step_rate, c->in.reached, c->in.trend, c->in.given};
     choose_rates(c, size, with.rate);
+    note_velocities(c);
 
     gallop_report report;
     const double ramp = ramp_of_step(c, size);
@@ -85,6 +96,8 @@ gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
         c->in.trend[i] = cosim_trend_after(c, &c->last_step.with, i, size, ramp);
     }
     memset(c->in.rate, 0, cosim_input_bytes(c));
+    for (uint32_t i = 0; i < c->input_count; i++)
+        if (c->velocity[i] >= 0) c->in.given[i] = 0.0; /* the rate of a place holds for a step */
     c->run.time = until;
     cosim_forget_observations(c);
     return GALLOP_COSIM_OK;
@@ -122,7 +135,10 @@ gallop_cosim_status gallop_cosim_set_input_rates(gallop_cosim *c, const uint32_t
         if (!isfinite(rate[i]))
             return cosim_refuse(c, "the derivative of %s must be a finite number", v->name);
     }
-    for (size_t i = 0; i < count; i++)
-        c->in.rate[resource_variables(&c->parameters)[reference[i]].index] = rate[i];
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t input = resource_variables(&c->parameters)[reference[i]].index;
+        c->in.rate[input] = rate[i];
+        c->in.given[input] = 1.0;
+    }
     return GALLOP_COSIM_OK;
 }

@@ -131,17 +131,52 @@ def test_a_steady_motion_in_steps_of_any_size_is_followed_at_its_velocity():
         assert one == pytest.approx(other, rel=1e-8)
 
 
+def set_rate(point, name, rate):
+    """Set the derivative of an input of the left end."""
+    cosim = point.cosim
+    references = cosim._references([point.reference[f"support.left.{name}"]])
+    rates = cosim._array("real", [rate])
+    handle = c.c_void_p(cosim._handle)
+    assert kernel.gallop_cosim_set_input_rates(handle, references, c.c_size_t(1), rates) == 0
+
+
+@pytest.mark.parametrize("by_derivative", [False, True])
+def test_a_velocity_of_zero_is_given(by_derivative):
+    """A tower that stops: zero is as good as a velocity of 1e-12 m/s, also in a restored state."""
+    forces = []
+    for last in (0.0, 1e-12):
+        point, values = Point(), {"x1": 0.0, "v1": 0.02}
+        if by_derivative:
+            set_rate(point, "x1", values.pop("v1"))
+        point.step(0.01, **values)
+        saved, time = point.cosim.save(), point.time
+        point = Point()
+        point.cosim.restore(saved)
+        point.time = time
+        for _ in range(4):
+            values = {"x1": 2e-4, "v1": last}
+            if by_derivative:
+                set_rate(point, "x1", values.pop("v1"))
+            forces.append(point.step(0.001, **values))
+    assert forces[:4] == pytest.approx(forces[4:], rel=1e-9)
+
+
+@pytest.mark.parametrize("sets_zeros", [False, True])
+def test_an_unused_velocity_of_zero_is_not_given(sets_zeros):
+    """Some hosts set all inputs: the point goes on at its last velocity in shorter steps."""
+    plain, other = Point(), Point()
+    for h, x in ((0.01, 2e-4), (0.001, 2.2e-4), (0.002, 2.6e-4)):
+        zeros = {"v1": 0.0} if sets_zeros else {}
+        assert plain.step(h, x1=x) == other.step(h, x1=x, **zeros)
+
+
 def test_the_derivative_of_a_velocity_is_an_acceleration():
     """The point moves with the mean velocity in the step, 0.03 + 0.01 4 / 2 = 0.05 m/s."""
     found = []
     for velocity, acceleration in ((0.03, 4.0), (0.05, 0.0)):
         point = Point()
-        cosim = point.cosim
         if acceleration:
-            handle, one = c.c_void_p(cosim._handle), c.c_size_t(1)
-            references = cosim._references([point.reference["support.left.v1"]])
-            rates = cosim._array("real", [acceleration])
-            assert kernel.gallop_cosim_set_input_rates(handle, references, one, rates) == 0
+            set_rate(point, "v1", acceleration)
         found.append(point.step(0.01, v1=velocity))
     assert found[0] == pytest.approx(found[1], rel=1e-12)
     assert found[0] != pytest.approx(Point().step(0.01), rel=1e-3)

@@ -365,8 +365,8 @@ RUN = 8 + 8 + 8 + 64
 """Bytes of a state before its phase: magic, size, checksum, identity."""
 COUNTS = RUN + 8 + 3 * 8
 """Bytes before its counts: phase and outcome, three times."""
-ARRAYS = 4
-"""Numbers of an input: value, rate, reached place, trend; now and of the last step."""
+ARRAYS = 5
+"""Numbers of an input: value, rate, reached place, trend, given; now and of the last step."""
 
 PARTS = ["mode", "time", "wind", "number of inputs", "parameter", "kernel's magic", "kernel's size"]
 
