@@ -33,6 +33,7 @@ EXCEPTIONS = {
     "gallop_fmu/kernel/analysis.c:gallop_aero_load": C_FACE,
     "gallop_fmu/kernel/analysis.c:gallop_device_force": C_FACE,
     "gallop_fmu/kernel/analysis.c:gallop_device_tangent": C_FACE,
+    "gallop_fmu/kernel/analysis.c:gallop_shape_load": C_FACE,
     "gallop_fmu/kernel/analysis.c:gallop_tangent": C_FACE,
     "gallop_fmu/kernel/fmi3.c:fmi3InstantiateCoSimulation": FMI_FACE,
     "gallop_fmu/kernel/fmi3_absent.c:fmi3InstantiateScheduledExecution": FMI_FACE,

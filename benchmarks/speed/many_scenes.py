@@ -151,7 +151,6 @@ def parts_at_once() -> dict[str, float]:
         "reduced forces": (of_orbit, rates),
         "linear equations": (15 * (2 * n) ** 2, solutions),
     }
-    previous, two_mode_estimate.MAX_CASES = two_mode_estimate.MAX_CASES, 16 * AT_ONCE
     gains = {}
     for name, (count, of) in rows.items():
         one, many = of(1), of(AT_ONCE)
@@ -166,7 +165,6 @@ def parts_at_once() -> dict[str, float]:
             f"| {name} | {count} | {single:.0f} | {together:.0f} |"
             f" {median:.2f} ({low:.2f} to {high:.2f}) |"
         )
-    two_mode_estimate.MAX_CASES = previous
     return gains
 
 

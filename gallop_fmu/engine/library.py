@@ -144,6 +144,11 @@ def _load() -> c.CDLL:
         "gallop_device_load": (c.c_int, (pointer, c.c_int32, c.c_int32, *[doubles] * 5)),
         "gallop_junction_nodes": (c.c_int, (pointer, integers, integers)),
         "gallop_aero_load": (c.c_int, (pointer, c.c_int32, double, c.c_int32, *[pointer] * 5)),
+        "gallop_shape_load": (
+            c.c_int,
+            (pointer, c.c_int32, integers, pointer, c.c_int32, *[pointer] * 2, c.c_int32)
+            + (pointer,) * 2,
+        ),
         "gallop_sections": (c.c_int, (pointer, *[doubles] * 3)),
         "gallop_strain_points": (c.c_int, (pointer, *[doubles] * 3)),
         "gallop_node_normals": (c.c_int, (pointer, doubles)),

@@ -165,10 +165,12 @@ int gallop_junction_nodes(const gallop_model *model, int32_t *node, int32_t *lea
  * cache. */
 #define SECTIONS_AT_ONCE 64
 
-/* Room for the arrays of `sections` that the wind load reads and writes. */
+/* Room for the arrays of `sections` that ice and wind load read and write. */
 typedef struct {
-    double theta[SECTIONS_AT_ONCE], omega[SECTIONS_AT_ONCE], v2[SECTIONS_AT_ONCE],
-        v3[SECTIONS_AT_ONCE], angle[SECTIONS_AT_ONCE], excess[SECTIONS_AT_ONCE];
+    double theta[SECTIONS_AT_ONCE], omega[SECTIONS_AT_ONCE], omega_rate[SECTIONS_AT_ONCE],
+        v2[SECTIONS_AT_ONCE], v3[SECTIONS_AT_ONCE], a2[SECTIONS_AT_ONCE], a3[SECTIONS_AT_ONCE],
+        gravity[SECTIONS_AT_ONCE], c2[SECTIONS_AT_ONCE], c3[SECTIONS_AT_ONCE],
+        angle[SECTIONS_AT_ONCE], excess[SECTIONS_AT_ONCE];
     double force[3][SECTIONS_AT_ONCE], by_theta[3][SECTIONS_AT_ONCE], by_v2[3][SECTIONS_AT_ONCE],
         by_v3[3][SECTIONS_AT_ONCE];
 } section_room;
@@ -177,8 +179,14 @@ static sections sections_in(section_room *room)
 {
     sections at = {.theta = room->theta,
                    .omega = room->omega,
+                   .omega_rate = room->omega_rate,
                    .v2 = room->v2,
                    .v3 = room->v3,
+                   .a2 = room->a2,
+                   .a3 = room->a3,
+                   .gravity = room->gravity,
+                   .c2 = room->c2,
+                   .c3 = room->c3,
                    .angle = room->angle,
                    .excess = room->excess};
     for (int i = 0; i < 3; i++) {
@@ -206,7 +214,7 @@ static double refused_excess(const interval *c, const exposure *now, const secti
  * relative to the air. */
 static void read_sections(const double *given, size_t stride, int count, section_room *room)
 {
-    memset(room, 0, sizeof *room);
+    memset(room->force, 0, sizeof room->force);
     for (int i = 0; i < count; i++) {
         room->theta[i] = given[i];
         room->v2[i] = given[stride + i];
@@ -245,8 +253,10 @@ static void load_block(const interval *c, const exposure *now, const double *giv
     for (int i = 0; i < count; i++) {
         const bool blows = section->curve && given[4 * stride + i] != 0.0;
         write_section(&room, i, section->radius, blows, stride, out);
-        out.angle[i] = element_attack_angle(room.theta[i], room.v2[i], room.v3[i], room.omega[i],
-                                            now->wind, now->attack, section->radius);
+        out.angle[i] = section->curve ? room.angle[i]
+                                      : element_attack_angle(room.theta[i], room.v2[i], room.v3[i],
+                                                             room.omega[i], now->wind, now->attack,
+                                                             section->radius);
         out.excess[i] = blows ? refused_excess(c, now, &at, i) : 0.0;
     }
 }
@@ -279,6 +289,143 @@ int gallop_aero_load(const gallop_model *model, int32_t element, double attack_a
         const load_arrays out = {load + first, slopes ? slopes + first : NULL, angle + first,
                                  excess + first};
         load_block(c, &now, given + first, some, stride, out);
+    }
+    return GALLOP_COMPLETED;
+}
+
+/* A motion in shapes, and the load collected by them; see gallop_shape_load. */
+typedef struct {
+    int sections, modes;
+    size_t count; /* of instants: the length of the rows of motion and force */
+    const double *table, *shape, *weight, *motion;
+    double *force;
+} shape_motion;
+
+/* Row `row` of a section's numbers: attack angle, first moments, gravity, wind. */
+enum { OF_ATTACK, OF_M2, OF_M3, OF_GRAVITY, OF_AIR2, OF_AIR3, SECTION_ROWS };
+
+static double of_section(const shape_motion *m, int row, int section)
+{
+    return m->table[row * m->sections + section];
+}
+
+/* Displacement, velocity or acceleration (part 0, 1, 2) of a section along one of its directions,
+ * of `some` instants: the sum over the shapes. */
+INLINE void section_moves(const shape_motion *m, int part, int direction, int section, size_t first,
+                          int some, double *restrict out)
+{
+    for (int i = 0; i < some; i++) out[i] = 0.0;
+    for (int k = 0; k < m->modes; k++) {
+        const double by = m->shape[(direction * m->modes + k) * m->sections + section];
+        const double *restrict y = m->motion + (size_t)(part * m->modes + k) * m->count + first;
+        for (int i = 0; i < some; i++) out[i] += by * y[i];
+    }
+}
+
+/* The motion of a section relative to the air. */
+INLINE void move_section(const shape_motion *m, int section, size_t first, int some,
+                         section_room *room)
+{
+    const double *restrict wind = m->motion + (size_t)(3 * m->modes) * m->count + first;
+    const double air2 = of_section(m, OF_AIR2, section), air3 = of_section(m, OF_AIR3, section);
+    section_moves(m, 0, 2, section, first, some, room->theta);
+    section_moves(m, 1, 0, section, first, some, room->v2);
+    section_moves(m, 1, 1, section, first, some, room->v3);
+    section_moves(m, 1, 2, section, first, some, room->omega);
+    section_moves(m, 2, 0, section, first, some, room->a2);
+    section_moves(m, 2, 1, section, first, some, room->a3);
+    section_moves(m, 2, 2, section, first, some, room->omega_rate);
+    for (int i = 0; i < some; i++) {
+        room->v2[i] -= air2 * wind[i];
+        room->v3[i] -= air3 * wind[i];
+        room->gravity[i] = of_section(m, OF_GRAVITY, section);
+    }
+}
+
+/* Adds the load on a section to the forces, without the part of the ice that is linear about rest:
+ * f2 = -m3 omega', f3 = m2 omega', M = m2 a3 - m3 a2 - g m2 theta. */
+INLINE void collect_section(const shape_motion *m, int section, size_t first, int some,
+                            section_room *room)
+{
+    const double m2 = of_section(m, OF_M2, section), m3 = of_section(m, OF_M3, section);
+    double *restrict f2 = room->force[0], *restrict f3 = room->force[1],
+                     *restrict twist = room->force[2];
+    for (int i = 0; i < some; i++) {
+        f2[i] += m3 * room->omega_rate[i];
+        f3[i] -= m2 * room->omega_rate[i];
+        twist[i] -= m2 * room->a3[i] - m3 * room->a2[i] - room->gravity[i] * m2 * room->theta[i];
+    }
+    for (int k = 0; k < m->modes; k++) {
+        const double *weight = m->weight + (size_t)k * m->sections + section;
+        const size_t row = (size_t)m->modes * m->sections;
+        double *restrict force = m->force + (size_t)k * m->count + first;
+        for (int i = 0; i < some; i++)
+            force[i] += weight[0] * f2[i] + weight[row] * f3[i] + weight[2 * row] * twist[i];
+    }
+}
+PATHS(move_section,
+      (const shape_motion *m, int section, size_t first, int some, section_room *room),
+      (m, section, first, some, room))
+PATHS(collect_section,
+      (const shape_motion *m, int section, size_t first, int some, section_room *room),
+      (m, section, first, some, room))
+
+/* Takes the wind load from the forces of a section, but at instants without wind. */
+static void take_air(const interval *c, const exposure *now, const double *wind, int some,
+                     section_room *room)
+{
+    const sections at = sections_in(room);
+    double before[3][SECTIONS_AT_ONCE];
+    memcpy(before, room->force, sizeof before);
+    element_aero_loads(c, now, &at, 0, some, false);
+    for (int i = 0; i < some; i++)
+        for (int row = 0; row < 3 && wind[i] == 0.0; row++) room->force[row][i] = before[row][i];
+}
+
+static void shape_block(const gallop_model *model, const int32_t *element, const shape_motion *m,
+                        size_t first, int some)
+{
+    section_room room;
+    const sections at = sections_in(&room);
+    const double *wind = m->motion + (size_t)(3 * m->modes) * m->count + first;
+    for (int s = 0; s < m->sections; s++) {
+        const interval *c = model_interval_of_element(model, element[s]);
+        const exposure now = {.section = c->section,
+                              .attack = of_section(m, OF_ATTACK, s),
+                              .c2 = of_section(m, OF_M2, s),
+                              .c3 = of_section(m, OF_M3, s),
+                              .unknowns = 4,
+                              .blows = true,
+                              .fused = model->fused};
+        ON_PATH(model->fused, move_section)(m, s, first, some, &room);
+        element_ice_inertia(&now, &at, some);
+        if (now.section->curve) take_air(c, &now, wind, some, &room);
+        ON_PATH(model->fused, collect_section)(m, s, first, some, &room);
+    }
+}
+
+int gallop_shape_load(const gallop_model *model, int32_t places, const int32_t *element,
+                      const double *table, int32_t modes, const double *shape, const double *weight,
+                      int32_t count, const double *moves, double *force)
+{
+    const double *const arrays[5] = {table, shape, weight, moves, force};
+    if (!check_is_model(model) || gallop_arithmetic_fault()) return GALLOP_BAD_CALL;
+    if (places < 0 || modes < 0 || count < 0 || !all_usable(arrays, 5)) return GALLOP_BAD_CALL;
+    if (!base_pointer_usable(element, sizeof *element)) return GALLOP_BAD_CALL;
+    for (int s = 0; s < places; s++)
+        if (element[s] < 0 || element[s] >= model->elements) return GALLOP_BAD_CALL;
+    const size_t shapes = 3 * (size_t)modes, columns = (size_t)count;
+    if (!check_finite(table, SECTION_ROWS * (size_t)places) ||
+        !check_finite(shape, shapes * (size_t)places) ||
+        !check_finite(weight, shapes * (size_t)places) ||
+        !check_finite(moves, (shapes + 1) * columns))
+        return GALLOP_BAD_CALL;
+    const shape_motion m = {places, modes, columns, table, shape, weight, moves, force};
+    memset(force, 0, (size_t)modes * columns * sizeof *force);
+    for (size_t first = 0; first < columns; first += SECTIONS_AT_ONCE) {
+        const size_t left = columns - first;
+        shape_block(model, element, &m, first,
+                    (int)(left < SECTIONS_AT_ONCE ? left : SECTIONS_AT_ONCE));
     }
     return GALLOP_COMPLETED;
 }

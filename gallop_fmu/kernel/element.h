@@ -47,6 +47,8 @@ void element_tension(const interval *c, int e, bool tension_only, const double u
                      double tension[2]);
 void element_residual(const interval *c, int e, const exposure *now, const sections *at, motion y,
                       double r[12]);
+/* Inertia and weight of rotated ice on the first `count` sections, into their forces. */
+void element_ice_inertia(const exposure *now, const sections *at, int count);
 /* Adds the change of the constant forces of an element, of which ice has fallen: its weight and
  * the moment of the weight, which the initial equilibrium balances. */
 void element_add_lost_forces(const interval *c, int e, const exposure *now, double factor,

@@ -104,6 +104,11 @@ INLINE void ice_inertia(const exposure *now, const sections *at, int first, int 
 PATHS(ice_inertia, (const exposure *now, const sections *at, int first, int last),
       (now, at, first, last))
 
+void element_ice_inertia(const exposure *now, const sections *at, int count)
+{
+    ON_PATH(now->fused, ice_inertia)(now, at, 0, count);
+}
+
 /* One unknown of the nodes at the three sections of a strip; the second one lies at the middle
  * node. */
 INLINE void interpolate(lanes y[3][4], int unknown, double *out)

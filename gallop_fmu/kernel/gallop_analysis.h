@@ -140,6 +140,30 @@ GALLOP_API int gallop_aero_load(const gallop_model *model, int32_t element, doub
                                 int32_t count, const double *given, double *load, double *slopes,
                                 double *angle, double *excess);
 
+/* Load of ice and wind on a conductor that moves in a few shapes, collected by the shapes: the part
+ * of the inertia and weight of rotated ice that is not linear about rest, less the aerodynamic load
+ * of gallop_aero_load.  It is the force on each shape's coordinate, as in gallop_residual.
+ *
+ * @param model     Model
+ * @param places    Number of sections, 0 or more
+ * @param element   (places): element whose conductor and curve apply, 0 to elements - 1
+ * @param table     (6, places): attack angle alpha0 [rad]; first moments m2, m3 of the ice at
+ * that angle [kg]; gravity against n2 [m/s^2]; wind along n2 and x3 per m/s [1]
+ * @param modes     Number of shapes, 0 or more
+ * @param shape     (3, modes, places): motion of a section along n2, along x3, and its twist, per
+ *                  unit coordinate
+ * @param weight    (3, modes, places): the same times the length of conductor of the section [m]
+ * @param count     Number of instants, 0 or more
+ * @param moves     (3 modes + 1, count): coordinates, their velocities, their accelerations, wind
+ *                  speed [m/s]; where it is 0, there is no aerodynamic load
+ * @param force     Output, (modes, count)
+ * @return          GALLOP_COMPLETED; GALLOP_BAD_CALL, also for a number that is not finite
+ */
+GALLOP_API int gallop_shape_load(const gallop_model *model, int32_t places, const int32_t *element,
+                                 const double *table, int32_t modes, const double *shape,
+                                 const double *weight, int32_t count, const double *moves,
+                                 double *force);
+
 /* Sections at which inertia, ice and wind are integrated: the three-point Gauss abscissae of each
  * element, in the direction of its chain.
  *

@@ -338,6 +338,14 @@ class LineModel(SpanModel):
         self._groups = list(_groups(mesh))
         self._prepare_products()
 
+    def _conductors(self) -> tuple[float | Array, Integers]:
+        """Attack angle [rad] at the sections, and an element with their conductor and curve."""
+        sections = self._projection.section.shape[2]
+        angle, element = np.empty(sections), np.empty(sections, dtype=np.intp)
+        for number, at, attack in self._groups:
+            angle[at], element[at] = attack, number
+        return angle, element
+
     def _air(self, u: Array, v: Array, wind: float | Array, slopes: bool = False) -> AeroLoad:
         """Aerodynamic load on the sections, each with its own curve and attack angle."""
         along, across = (0.0, 1.0) if self._wind is None else self._wind

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.engine.mesh import AeroLoad
+from gallop_fmu.engine.shape_load import ATTACK, GRAVITY, MOMENTS, ROWS, WIND, ShapeLoad
 from modal.linear.mode_basis import StillAirModes
 from modal.linear.projection import Projection
 
@@ -126,8 +127,25 @@ class ReducedModel:
 
     def _prepare_products(self) -> None:
         """Put the shapes in the order in which slopes at the sections become matrices."""
+        self._load = self._shape_load()
         self._rows = np.ascontiguousarray(self._projection.weighted.swapaxes(0, 1))
         self._columns = np.ascontiguousarray(self._projection.section.transpose(2, 0, 1))
+
+    def _shape_load(self) -> ShapeLoad:
+        """Nonlinear load on the sections, from the kernel."""
+        shape = self._projection.section
+        table = np.zeros((ROWS, shape.shape[2]))
+        attack, element = self._conductors()
+        table[ATTACK], table[GRAVITY] = attack, self._gravity
+        table[MOMENTS] = np.array(self._first_moments).reshape(2, -1)
+        table[WIND] = np.array([[0.0], [1.0]]) if self._wind is None else self._wind
+        model = self._projection.mesh.model
+        return ShapeLoad(model, shape, self._projection.weighted, table, element)
+
+    def _conductors(self) -> tuple[float | Array, NDArray[np.intp]]:
+        """Attack angle [rad] at the sections, and an element with their conductor and curve."""
+        sections = self._projection.section.shape[2]
+        return self.modes.mesh.still.attack_angle, np.zeros(sections, dtype=np.intp)
 
     def forces(self, q: Array, v: Array, a: Array, wind: float | Array) -> Forces:
         """Forces and derivatives at instants, without the quadratic and cubic tension forces.
@@ -156,10 +174,8 @@ class ReducedModel:
 
     def unstretched(self, q: Array, v: Array, a: Array, wind: float | Array) -> Array:
         """Residual of `ReducedModel.forces` alone."""
-        u, du, ddu = (self._projection.at_sections(y) for y in (q, v, a))
-        load = self._ice_load(u, du, ddu, self._moments(u[2])) - self._air(u, du, wind).force
         linear = q @ self.stiffness + v @ self.damping + a @ self.mass
-        return np.asarray(linear + self._projection.collect(load))
+        return np.asarray(linear + self._load(q, v, a, wind))
 
     def _product(self, slopes: Array, rows: slice, columns: slice) -> Array:
         """Modal matrices (instant, mode, mode) of slopes of the section forces.

@@ -53,9 +53,6 @@ Both are denser towards 0, so that small limit cycles and low onsets are found: 
 1/256 and 1/576 of the largest.
 """
 
-MAX_CASES = 16
-"""Cycles evaluated at once: arrays of more would be new pages of memory, which takes longer."""
-
 REFINED_POINTS = 6
 """Amplitudes between two of these that contain a limit cycle."""
 
@@ -414,10 +411,6 @@ def _cycle(
     ndarray, ndarray, shape (case,)
         Power [W], negative if galloping grows, and W^2 [rad2/s2].
     """
-    if len(amplitude) > MAX_CASES:
-        parts = [slice(k, k + MAX_CASES) for k in range(0, len(amplitude), MAX_CASES)]
-        found = [_cycle(model, coupling, amplitude[part], wind[part]) for part in parts]
-        return np.concatenate([one for one, _ in found]), np.concatenate([two for _, two in found])
     frequency = model.frequencies[0]
     phase = 2.0 * np.pi * np.arange(CYCLE_INSTANTS) / CYCLE_INSTANTS
     size = np.repeat(amplitude / model.middle[0, 1], CYCLE_INSTANTS)

@@ -54,15 +54,6 @@ def test_one_half_gives_the_forces_of_both(elements, monkeypatch):
     assert half.angle_excess(q, v, 5.0) == pytest.approx(whole.angle_excess(q, v, 5.0), abs=1e-9)
 
 
-def test_many_cycles_are_evaluated_in_parts(monkeypatch):
-    found = pair.pair_of(gf.load_scene("example3"))
-    amplitudes, winds = np.linspace(0.1, 1.0, 24), np.linspace(3.0, 6.0, 24)
-    parts = pair._cycle(found.model, found.coupling, amplitudes, winds)
-    monkeypatch.setattr(pair, "MAX_CASES", 24)
-    at_once = pair._cycle(found.model, found.coupling, amplitudes, winds)
-    assert np.array_equal(parts, at_once)
-
-
 def test_the_ratio_describes_no_mode_beyond_both(monkeypatch):
     described = []
     describe = modes._describe
