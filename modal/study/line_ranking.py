@@ -6,7 +6,6 @@ import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from modal.screening.screen import screen
 from modal.screening.verdict import divergence_sentence
 from modal.study.conditions import steady_wind
 from modal.study.measures import Measure, measures
+from modal.study.push import pushed
 from modal.study.ranked import Effect, Progress, Ranked, RankedMeasures, place_of
 from modal.study.verification import (
     EACH_FURTHER,
@@ -39,12 +39,6 @@ one of this span."""
 
 LEAST_TIME = 1200.0
 """Least simulated time [s], if none is given: the default of a scene, 60 s, is too short."""
-
-PUSH, PUSH_TIME = 0.05, 1.0
-"""Largest force that starts a simulation, relative to the weight of a span, and its rise [s]."""
-
-GOLDEN = 2.4
-"""Difference of phase [rad] of the forces on the spans and phases, so that all start unlike."""
 
 
 def rank_line(
@@ -177,7 +171,7 @@ def _simulated(
         return rows
     seconds = max(base.run.stop_time, LEAST_TIME) if stop_time is None else stop_time
     shown("simulation of the line as it is")
-    ((before, _),) = simulated([_pushed(base)], seconds)
+    ((before, _),) = simulated([pushed(base)], seconds)
     return [
         row
         if row.verified_by or row.measure.scene is None
@@ -193,7 +187,7 @@ def _simulated_row(
     shown(f"simulation: {row.measure.name}")
     assert isinstance(row.measure.scene, LineScene)
     line = one_phase(row.measure.scene)
-    ((after, doubt),) = simulated([_pushed(line)], seconds)
+    ((after, doubt),) = simulated([pushed(line)], seconds)
     # The screening has the onset of all motions, where it was possible.
     onset, reason = row.after.onset, ""
     if math.isnan(onset):
@@ -206,32 +200,3 @@ def _simulated_row(
         verified_by="simulation",
         reason="; ".join(part for part in (row.reason, doubt, reason) if part),
     )
-
-
-def _pushed(scene: LineScene) -> LineScene:
-    """Return the line with forces in its first seconds, unlike on each span and phase."""
-    law = {
-        "kind": "pulse",
-        "initial": 0.0,
-        "peak": 1.0,
-        "start": 0.0,
-        "rise": PUSH_TIME,
-        "fall_start": 1.5 * PUSH_TIME,
-        "fall": 0.5 * PUSH_TIME,
-    }
-    loads: list[dict[str, Any]] = scene.model_dump(mode="json", exclude_none=True)["loads"]
-    for span, one in enumerate(scene.section.spans, start=1):
-        per_length = scene.conductor.mass_per_length + scene.ice_of_span(span).mass_per_length
-        most = PUSH * per_length * one.length * scene.section.gravity
-        for phase in range(1, len(scene.phases) + 1):
-            up = most * math.cos(GOLDEN * ((span - 1) * len(scene.phases) + phase - 1))
-            loads.append(
-                {
-                    "span": span,
-                    "phase": phase,
-                    "position": 0.5,
-                    "force": [0.0, up, 0.2 * most],
-                    "law": law,
-                }
-            )
-    return scene.with_values({"loads": loads})

@@ -36,6 +36,7 @@ from modal.study.conditions import (
 from modal.study.gaps import ellipse_gaps
 from modal.study.governing_span import branches_of_span
 from modal.study.measures import Measure, applicable, measures
+from modal.study.push import pushed
 
 Array = NDArray[np.float64]
 
@@ -90,6 +91,9 @@ class LineStudy:
         All cases.
     worst : Case or None
         The case with the largest motion; None if no case has a result.
+    unequal : Case or None
+        The worst case once more, started by a push that is unlike on all spans and phases; None if
+        it was not simulated. All other runs start alike on all spans.
     findings : LineFindings or Missing
         Examination of the worst case: modes, resonant pairs, critical winds, simulation.
     branches : Branches or Missing
@@ -122,6 +126,7 @@ class LineStudy:
     angles_deg: tuple[float, ...]
     cases: list[Case]
     worst: Case | None
+    unequal: Case | None
     findings: LineFindings | Missing
     branches: Branches | Missing
     criteria: list[DenHartog] | Missing
@@ -256,6 +261,7 @@ def study_line(
     work = _Work(scene, conditions or StudyConditions(), Path(folder), run)
     try:
         work.simulate()
+        work.start_unequally()
         work.examine(stop_time, shown)
         work.improve()
     except CasesStoppedError as problem:
@@ -300,6 +306,7 @@ class _Work:
         self.angles = conditions.angles(scene)
         self.cases: list[Case] = []
         self.tried: list[Tried] = []
+        self.unequal: Case | None = None
         self.findings: LineFindings | Missing = NOT_REACHED
         self.branches: Branches | Missing = NOT_REACHED
         self.criteria: list[DenHartog] | Missing = NOT_REACHED
@@ -330,6 +337,23 @@ class _Work:
                 " was tried: the worst case may be missing."
             )
             raise
+
+    def start_unequally(self) -> None:
+        """Simulate the worst case from a push that is unlike on all spans and phases.
+
+        Raises
+        ------
+        CasesStoppedError
+            Stopped.
+        """
+        worst = self.worst
+        if worst is None:
+            return
+        line = pushed(self._climate_of(worst).scene)
+        point = (worst.wind, worst.angle_deg)
+        self.stopped = "The worst case was not started unequally, and no measure was tried."
+        (self.unequal,) = self.run([Variant(line, worst.ice, worst.curve)], [point], "other start")
+        self.stopped = ""
 
     def examine(self, stop_time: float, shown: Progress) -> None:
         """Compute critical winds at all conditions, and examine the worst case."""
@@ -388,6 +412,7 @@ class _Work:
             angles_deg=self.angles,
             cases=self.cases,
             worst=worst,
+            unequal=self.unequal,
             findings=self.findings,
             branches=self.branches,
             criteria=self.criteria,

@@ -167,19 +167,46 @@ def _height(study: LineStudy) -> Answer:
     question, worst = "How high?", study.worst
     if worst is None:
         return Answer(question, "Not known: no case has a result.", ())
-    span = worst.largest_span
-    sag = float(worst.sag[span - 1])
-    at_least = "" if worst.is_whole else "at least "
+    other = study.unequal
+    top = other if other is not None and other.largest > LARGER * worst.largest else worst
+    span = top.largest_span
+    sag = float(top.sag[span - 1])
+    at_least = "" if top.is_whole else "at least "
     answer = (
-        f"Up to {at_least}{worst.largest:.1f} m peak to peak, in span {span}:"
-        f" {worst.largest / sag:.0%} of its sag of {sag:.1f} m."
+        f"Up to {at_least}{top.largest:.1f} m peak to peak, in span {span}:"
+        f" {top.largest / sag:.0%} of its sag of {sag:.1f} m."
     )
     evidence = [
         f"Worst case: {worst.condition()}. {_kind_of(worst)}",
+        _other_start(study, worst),
         *states(study),
         *_ranges(study),
     ]
     return Answer(question, answer, tuple(evidence), "bad" if worst.gallops else "good")
+
+
+LARGER = 1.05
+"""Ratio of the largest motions from two starts above which they are different."""
+
+
+def _other_start(study: LineStudy, worst: Case) -> str:
+    """Largest motion of the worst case from a push that is unlike on all spans, in a sentence."""
+    other = study.unequal
+    rest = "All other runs, with measures too, start alike on all spans."
+    if other is None:
+        return (
+            "All runs start alike on all spans: motions that other starts lead to may be missing."
+        )
+    start = "Started by a push that differs from span to span, the worst case"
+    if not other.has_result:
+        return f"{start} has no result: {other.text} {rest}"
+    if other.largest > LARGER * worst.largest:
+        return (
+            f"{start} moves by {other.largest:.2f} m, and by {worst.largest:.2f} m when all spans"
+            f" start alike. {rest} They may miss larger motions; forces and gaps below are those of"
+            " the equal start."
+        )
+    return f"{start} moves by {other.largest:.2f} m, which is not more. {rest}"
 
 
 def _ranges(study: LineStudy) -> Iterator[str]:

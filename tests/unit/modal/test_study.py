@@ -292,6 +292,22 @@ def test_the_screening_of_the_worst_case_is_said(study):
     assert "The screening is missing: no wind." in answers(gone)[5].evidence
 
 
+def test_the_worst_case_is_started_once_more_unequally(study):
+    """A push of the spans grows faster than the seed: 6.9 m in place of 3.5 m in these 60 s."""
+    other, worst = study.unequal, study.worst
+    assert (other.wind, other.angle_deg, other.ice) == (worst.wind, worst.angle_deg, worst.ice)
+    assert other.largest > 1.5 * worst.largest
+    height = answers(study)[2]
+    assert height.answer.startswith(f"Up to {other.largest:.1f} m")
+    assert f"moves by {other.largest:.2f} m, and by {worst.largest:.2f} m" in height.evidence[1]
+
+    alike = replace(other, peak_to_peak=worst.peak_to_peak)
+    height = answers(replace(study, unequal=alike))[2]
+    assert height.answer.startswith(f"Up to {worst.largest:.1f} m")
+    assert f"moves by {worst.largest:.2f} m, which is not more." in height.evidence[1]
+    assert "may be missing" in answers(replace(study, unequal=None))[2].evidence[1]
+
+
 @pytest.fixture
 def _unexamined(monkeypatch):
     """Leave out modes, pairs and critical winds of the worst case, which take seconds."""
