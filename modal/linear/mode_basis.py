@@ -110,8 +110,7 @@ def still_air_modes(scene: Scene, elements: int = MAX_ELEMENTS) -> StillAirModes
         )  # a valid number: the check of a whole scene takes 10 ms
     mesh = Mesh(Model(scene))
     mass, damping, stiffness = (
-        mesh.tangent(**{part: 1.0}, inputs=mesh.still).toarray()
-        for part in ("mass", "damping", "stiffness")
+        mesh.dense_tangent(**{part: 1.0}) for part in ("mass", "damping", "stiffness")
     )
     free = np.flatnonzero(mesh.free)
     squares, vectors = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)])
@@ -158,7 +157,7 @@ def stiffness_derivative(modes: StillAirModes, direction: Array) -> Array:
         modes.model.tangent(side * TANGENT_STEP * direction, stiffness=1.0, inputs=modes.mesh.still)
         for side in (1.0, -1.0)
     )
-    return np.asarray(modes.mesh.assemble((ahead - back) / (2.0 * TANGENT_STEP)).toarray())
+    return modes.mesh.assemble_dense((ahead - back) / (2.0 * TANGENT_STEP))
 
 
 def mirrored(scene: Scene) -> bool:

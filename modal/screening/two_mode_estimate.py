@@ -231,11 +231,8 @@ def _second_derivative(
 ) -> Array:
     """Second derivative k2 of the stiffness along a mode: K(a v) = K + a k1 + a^2/2 k2."""
     step = SECOND_STEP_RATIO * TANGENT_STEP
-    displaced, straight = (
-        rest.mesh.tangent(u, stiffness=1.0, inputs=rest.mesh.still).toarray()[block]
-        for u in (rest.shapes[mode] * SECOND_STEP_RATIO * TANGENT_STEP, None)
-    )
-    return np.asarray(2.0 * (displaced - straight - step * k1) / step**2)
+    displaced = rest.mesh.dense_tangent(step * rest.shapes[mode], stiffness=1.0)
+    return np.asarray(2.0 * (displaced[block] - rest.stiffness[block] - step * k1) / step**2)
 
 
 def _of_all_unknowns(rest: StillAirModes, u: Array, free: NDArray[np.intp]) -> Array:
@@ -280,10 +277,19 @@ class PairModel:
         The first symmetric vertical, horizontal and torsional mode.
     coupling : Coupling
         Quadratic coupling of the first two.
+    swing_damping, swing_damping_by_wind : float
+        Damping ratio of the second in still air, and its increase per m/s of wind.
     """
 
     model: ReducedModel
     coupling: Coupling
+    swing_damping: float
+    swing_damping_by_wind: float
+
+    def swing(self, wind: float) -> _Swing:
+        """Equation of the swing in a wind [m/s]."""
+        damping = self.swing_damping + wind * self.swing_damping_by_wind
+        return _Swing(self.model.frequencies[1], damping, self.coupling)
 
 
 def pair_of(scene: Scene) -> PairModel:
@@ -291,7 +297,9 @@ def pair_of(scene: Scene) -> PairModel:
     rest = still_air_modes(scene, MESH_ELEMENTS)
     coupling = quadratic_coupling(scene, rest)
     chosen = [rest.first("vertical"), rest.first("horizontal"), rest.first("torsional")]
-    return PairModel(ReducedModel(scene, rest, chosen, rest.shapes[chosen]), coupling)
+    model = ReducedModel(scene, rest, chosen, rest.shapes[chosen])
+    still, windy = (_swing_damping(model, wind) for wind in (0.0, 1.0))
+    return PairModel(model, coupling, still, windy - still)
 
 
 def estimate(scene: Scene, wind: float, highest: float, pair: PairModel | None = None) -> TwoMode:
@@ -307,7 +315,7 @@ def estimate(scene: Scene, wind: float, highest: float, pair: PairModel | None =
         )
     pair = pair_of(scene) if pair is None else pair
     model, coupling = pair.model, pair.coupling
-    swing = _Swing(model.frequencies[1], _swing_damping(model, wind), coupling)
+    swing = pair.swing(wind)
 
     largest = MAX_SPEED_RATIO * highest / model.frequencies[0]
     amplitudes = largest * (np.arange(1, AMPLITUDE_POINTS + 1) / AMPLITUDE_POINTS) ** 2
@@ -340,7 +348,11 @@ def estimate(scene: Scene, wind: float, highest: float, pair: PairModel | None =
 
 
 def _swing_damping(model: ReducedModel, wind: float) -> float:
-    """Damping ratio of the horizontal mode (coordinate 1) in a wind [m/s]."""
+    """Damping ratio of the horizontal mode (coordinate 1) in a wind [m/s]; linear in the wind.
+
+    At rest the angle of the wind does not depend on its speed, so that the derivatives of the load
+    by velocities are proportional to it.
+    """
     still = np.zeros((1, 3))
     damping = model.forces(still, still, still, wind).damping[0, 1, 1]
     return float(damping / (2.0 * model.frequencies[1]))
@@ -444,7 +456,8 @@ def _first_rise(x: Array, y: Array) -> float | None:
     if k is None:
         return None
     middle = min(max(k, 1), len(x) - 2)
-    near = slice(middle - 1, middle + 2)
+    (a, b, c), (at_a, at_b, at_c) = (one[middle - 1 : middle + 2].tolist() for one in (x, y))
+    first, second = (at_b - at_a) / (b - a), (at_c - at_b) / (c - b)  # divided differences
     fine = np.linspace(x[k], x[k + 1], FINE_POINTS)
-    values = np.polyval(np.polyfit(x[near] - x[k], y[near], 2), fine - x[k])
+    values = at_a + (fine - a) * (first + (fine - b) * (second - first) / (c - a))
     return float(fine[np.argmin(np.abs(values))])

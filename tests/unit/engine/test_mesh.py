@@ -339,3 +339,11 @@ def test_meshes_of_equal_topology_share_the_pattern_of_their_matrices():
         span = mesh(span__length=length, span__sag=None)
         span.assemble(np.ones((6, 12, 12)))
     assert (_pattern.cache_info().misses, _pattern.cache_info().hits) == (1, 2)
+
+
+def test_dense_matrices_are_the_sparse_ones(sloping):
+    for found in (sloping, loaded_line()):
+        u = 1e-2 * np.random.default_rng(3).normal(size=(found.model.nodes, 4))
+        for given in ({"stiffness": 1.0}, {"stiffness": 1.0, "mass": -2.0, "u": u}):
+            expected = found.tangent(inputs=found.still, **given).toarray()
+            assert np.array_equal(found.dense_tangent(**given), expected)

@@ -8,6 +8,7 @@ import modal
 from gallop_fmu.engine.state import State
 from modal.continuation.equations import OrbitEquations
 from modal.linear import modes
+from modal.linear.linearise import linearised
 from modal.linear.mode_basis import still_air_modes
 from modal.motions.full_model import full_scene, run_from, runs_from
 from modal.motions.reduced_model import ReducedModel
@@ -96,6 +97,27 @@ def test_groups_of_draws_share_the_modes_of_their_span(monkeypatch):
     alone = task([windy[1]], lambda: True)[0]
     assert len(calls) == 3
     assert {**alone, "seconds": 0.0} == {**groups[1], "seconds": 0.0}
+
+
+@pytest.mark.parametrize("values", [{}, SLOPE, OBLIQUE])
+def test_the_swing_is_damped_in_proportion_to_the_wind(values):
+    scene = gf.load_scene("example3").with_values(values)
+    found = pair.pair_of(scene)
+    for wind in (0.3, 5.5, 20.0):
+        damping = pair._swing_damping(found.model, wind)
+        assert found.swing(wind).damping == pytest.approx(damping, rel=1e-13)  # seen: 2e-15
+
+
+def test_free_rows_and_columns_are_those_that_indices_select():
+    equations = linearised(gf.load_scene("example3"), "still")
+    kept = np.flatnonzero(equations.free)
+    for found, whole in zip(
+        equations.of_free(), (equations.mass, equations.damping, equations.stiffness), strict=True
+    ):
+        expected = whole[kept][:, kept].tocsc()
+        assert np.array_equal(found.indices, expected.indices)
+        assert np.array_equal(found.indptr, expected.indptr)
+        assert np.array_equal(found.data, expected.data)
 
 
 def test_orbits_are_mostly_corrected_without_linearisation(monkeypatch):
