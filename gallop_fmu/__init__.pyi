@@ -14,11 +14,11 @@ from .foundation.outcome import SimulationError as SimulationError
 from .input.input_csv import with_inputs as with_inputs
 from .input.scene_files import load_scene as load_scene
 from .input.scene_files import packaged_scenes as packaged_scenes
-from .line.clearance import cigre_322_single_loop as cigre_322_single_loop
-from .line.clearance import davison_single_loop as davison_single_loop
 from .line.conductors import find_conductor as find_conductor
 from .scene.line_scene import LineScene as LineScene
 from .scene.scene import Scene as Scene
+from .simulation.clearance import cigre_322_single_loop as cigre_322_single_loop
+from .simulation.clearance import davison_single_loop as davison_single_loop
 from .simulation.energy_balance import EnergyBalance as EnergyBalance
 from .simulation.energy_balance import energy_balance as energy_balance
 from .simulation.line_result import LineResult as LineResult

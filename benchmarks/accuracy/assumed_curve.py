@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from gallop_fmu.line.clearance import cigre_322_single_loop
 from gallop_fmu.plots import NEUTRAL, STYLE, WINDOW_COLOURS, draw_curve, drawing, save_figure
 from gallop_fmu.scene import assumed_coefficients
+from gallop_fmu.simulation.clearance import cigre_322_single_loop
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 

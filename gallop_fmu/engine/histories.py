@@ -90,6 +90,47 @@ def history_numbers(
     return [HistoryNumbers(*row) for row in numbers.tolist()]
 
 
+def history_sizes(values: Sequence[Array] | Array) -> Array:
+    """Return the size of each history: lowest and highest value, mean, standard deviation.
+
+    All four are NaN if a value is not a number.
+
+    Parameters
+    ----------
+    values : array_like, shape (history, time)
+        Histories of equal length, one or more.
+
+    Returns
+    -------
+    ndarray, shape (history, 4)
+    """
+    given = np.asarray(values, dtype=np.float64, order="C")
+    histories, samples = given.shape
+    found = np.empty((histories, 4))
+    insist(kernel.gallop_history_sizes(samples, histories, _address(given), _address(found)))
+    return found
+
+
+def ellipse_distances(x: Array, y: Array, ellipse: tuple[float, ...]) -> Array:
+    """Return the distances [m] of points from an ellipse, negative inside.
+
+    Parameters
+    ----------
+    x, y : ndarray
+        Coordinates [m], of equal shape.
+    ellipse
+        Centre x, y, half axes [m], major first, and cosine and sine of its rotation.
+    """
+    across, up = (np.asarray(part, dtype=np.float64, order="C") for part in (x, y))
+    numbers, found = np.array(ellipse), np.empty(across.shape)
+    insist(
+        kernel.gallop_history_distances(
+            across.size, *(_address(part) for part in (across, up, numbers, found))
+        )
+    )
+    return found
+
+
 def beat_share(values: Array, numbers: HistoryNumbers) -> float:
     """Return the share of the envelope's variance that a spectral line and its double explain.
 

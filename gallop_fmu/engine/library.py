@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+import functools
 import sys
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, distribution
@@ -156,6 +157,8 @@ def _load() -> c.CDLL:
         "gallop_seed": (c.c_int, (pointer, doubles)),
         "gallop_history_size": (size, (whole,)),
         "gallop_history_numbers": (c.c_int, (whole, c.c_int32, pointer, double, *[pointer] * 2)),
+        "gallop_history_sizes": (c.c_int, (whole, c.c_int32, *[pointer] * 2)),
+        "gallop_history_distances": (c.c_int, (whole, *[pointer] * 4)),
         "gallop_history_beats": (c.c_int, (whole, *[pointer] * 3, c.POINTER(double))),
     }
     for name, (result, arguments) in signatures.items():
@@ -171,6 +174,7 @@ kernel = _load()
 """The library, with the types of its functions."""
 
 
+@functools.cache
 def build() -> str:
     """Compiler that built the kernel."""
     return str(kernel.gallop_build().decode())

@@ -83,6 +83,40 @@ GALLOP_API int gallop_history_numbers(int64_t samples, int32_t histories, const 
 GALLOP_API int gallop_history_beats(int64_t samples, const double *values, const double *numbers,
                                     void *work, double *share);
 
+/* The numbers of several histories up to GALLOP_HISTORY_DEVIATION; NaN if a value is NaN.
+ *
+ * @param samples    Number of samples of each history, 1 or more
+ * @param histories  Number of histories, 1 or more
+ * @param values     (histories, samples)
+ * @param sizes      Output, (histories, GALLOP_HISTORY_DEVIATION + 1)
+ * @return           GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_history_sizes(int64_t samples, int32_t histories, const double *values,
+                                    double *sizes);
+
+/* Numbers of an ellipse in a plane with axes x and y. */
+typedef enum {
+    GALLOP_ELLIPSE_X, /* centre */
+    GALLOP_ELLIPSE_Y,
+    GALLOP_ELLIPSE_HALF_MAJOR,
+    GALLOP_ELLIPSE_HALF_MINOR, /* not longer than the other */
+    GALLOP_ELLIPSE_COSINE,     /* of the angle of the major axis to y, towards -x */
+    GALLOP_ELLIPSE_SINE,
+    GALLOP_ELLIPSE_NUMBERS
+} gallop_ellipse_number;
+
+/* Distances of the points of a path from an ellipse, negative inside.
+ *
+ * @param count     Number of points
+ * @param x, y      (count): coordinates [m]
+ * @param ellipse   (GALLOP_ELLIPSE_NUMBERS): lengths [m]
+ * @param distance  Output, (count) [m]
+ * @return          GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_history_distances(int64_t count, const double *x, const double *y,
+                                        const double ellipse[GALLOP_ELLIPSE_NUMBERS],
+                                        double *distance);
+
 #ifdef __cplusplus
 }
 #endif

@@ -8,11 +8,10 @@
 #define SAME_VALUE 1e-12 /* [1] range over size of a history without motion */
 #define MIN_SAMPLES 8    /* of a spectral line */
 
-/* All numbers NaN but size, mean and deviation, and no blocks. */
-static void start_numbers(const double *values, int64_t count, double *numbers)
+/* The numbers up to GALLOP_HISTORY_DEVIATION. */
+static void set_sizes(const double *values, int64_t count, double *numbers)
 {
-    for (int i = 0; i < GALLOP_HISTORY_NUMBERS; i++) numbers[i] = NAN;
-    numbers[GALLOP_HISTORY_BLOCKS] = 0.0;
+    for (int i = 0; i <= GALLOP_HISTORY_DEVIATION; i++) numbers[i] = NAN;
     for (int64_t i = 0; i < count; i++)
         if (isnan(values[i])) return;
 
@@ -22,6 +21,14 @@ static void start_numbers(const double *values, int64_t count, double *numbers)
     double n = (double)count, mean = history_sum(values, count, 0.0, false) / n;
     numbers[GALLOP_HISTORY_MEAN] = mean;
     numbers[GALLOP_HISTORY_DEVIATION] = sqrt(history_sum(values, count, mean, true) / n);
+}
+
+/* The same, the others NaN, and no blocks. */
+static void start_numbers(const double *values, int64_t count, double *numbers)
+{
+    for (int i = 0; i < GALLOP_HISTORY_NUMBERS; i++) numbers[i] = NAN;
+    numbers[GALLOP_HISTORY_BLOCKS] = 0.0;
+    set_sizes(values, count, numbers);
 }
 
 /* Whether a history moves, and its range is finite. */
@@ -69,5 +76,15 @@ int gallop_history_numbers(int64_t samples, int32_t histories, const double *val
             found = 0;
         }
     }
+    return GALLOP_COMPLETED;
+}
+
+int gallop_history_sizes(int64_t samples, int32_t histories, const double *values, double *sizes)
+{
+    if (samples < 1 || histories < 1 || !base_pointer_usable(values, WORD) ||
+        !base_pointer_usable(sizes, WORD))
+        return GALLOP_BAD_CALL;
+    for (int64_t i = 0; i < histories; i++)
+        set_sizes(values + i * samples, samples, sizes + i * (GALLOP_HISTORY_DEVIATION + 1));
     return GALLOP_COMPLETED;
 }

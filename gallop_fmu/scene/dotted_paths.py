@@ -6,7 +6,7 @@ import difflib
 import re
 import types
 from collections.abc import Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
@@ -29,9 +29,8 @@ class Leaf(NamedTuple):
 
 def leaves(section: Section, start: str = "", law_unit: str = "") -> Iterator[Leaf]:
     """Yield all leaves of a section in order of declaration; `law_unit` is the unit of a law."""
-    for name, own_unit, meaning in _fields(type(section)):
-        value, path = getattr(section, name), start + name
-        unit = law_unit if own_unit == UNIT_OF_OWNER else own_unit
+    for name, path, unit, meaning in _fields(type(section), start, law_unit):
+        value = getattr(section, name)
         if isinstance(value, Section):
             yield from leaves(value, path + ".", unit)
         elif isinstance(value, tuple) and value and isinstance(value[0], Section):
@@ -41,11 +40,19 @@ def leaves(section: Section, start: str = "", law_unit: str = "") -> Iterator[Le
             yield Leaf(path, value, unit, meaning)
 
 
-@cache
-def _fields(section: type[Section]) -> tuple[tuple[str, str, str], ...]:
-    """Return name, unit and meaning of each field of a section."""
+@lru_cache(maxsize=10_000)  # a scene of a hundred spans has a thousand sections
+def _fields(
+    section: type[Section], start: str, law_unit: str
+) -> tuple[tuple[str, str, str, str], ...]:
+    """Return name, path, unit and meaning of each field of a section that begins at a path."""
+    units = {name: unit_of_field(field) for name, field in section.model_fields.items()}
     return tuple(
-        (name, unit_of_field(field), field.description or "")
+        (
+            name,
+            start + name,
+            law_unit if units[name] == UNIT_OF_OWNER else units[name],
+            field.description or "",
+        )
         for name, field in section.model_fields.items()
     )
 

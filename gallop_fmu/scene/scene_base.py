@@ -162,7 +162,7 @@ class SceneBase(Section):
     def warnings(self) -> tuple[str, ...]:
         """Warnings about unusual values, each a fact and a remedy."""
         unusual_values = unusual(
-            {path: (value, unit) for path, (value, unit, _) in self.numbers().items()},
+            {path: number[:2] for path, number in self.numbers().items()},
             partial(with_number, type(self)),
         )
         return (*self.notes, *unusual_values, *self._unusual_combinations())

@@ -16,7 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.simulation.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.oscillation import measure
 from gallop_fmu.simulation.shedding import SETTLED
 

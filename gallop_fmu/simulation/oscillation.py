@@ -169,7 +169,9 @@ def measure(values: Array, interval: float) -> tuple[float, float, float]:
     return measure_all([values], interval)[0]
 
 
-def measure_all(values: Sequence[Array], interval: float) -> list[tuple[float, float, float]]:
+def measure_all(
+    values: Sequence[Array] | Array, interval: float
+) -> list[tuple[float, float, float]]:
     """Return what `measure` returns, of several histories of equal length."""
     return [_measured(numbers, interval) for numbers in history_numbers(values)]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +89,8 @@ class Recording:
     def values(self, records: Array) -> Values:
         """Return the variables of records, of shape (record, probe)."""
         found: Values = {}
+        if len(self.probes) == len(self.variables):  # then none needs a copy of its own
+            records = np.ascontiguousarray(records.T).T
         start = 0
         for variable in self.variables:
             stop = start + len(variable.probes)
@@ -139,11 +141,17 @@ def span_recording(
     channels, others
         Names of node channels and of span channels.
     """
-    made = [
-        Variable(name, (), (), span_probes(_index(SPAN_INDEX[name]), mapped.junctions))
-        for name in others
-    ]
-    return Recording((*_of_nodes(nodes, channels), *made))
+    return _span_recording(tuple(nodes.tolist()), tuple(channels), tuple(others), mapped.junctions)
+
+
+@lru_cache(maxsize=8)  # the rows of a sweep record the same
+def _span_recording(
+    nodes: tuple[int, ...], channels: tuple[str, ...], others: tuple[str, ...], junctions: int
+) -> Recording:
+    of_span = (
+        Variable(name, (), (), span_probes(_index(SPAN_INDEX[name]), junctions)) for name in others
+    )
+    return Recording((*_of_nodes(np.array(nodes, dtype=np.int32), channels), *of_span))
 
 
 def line_recording(

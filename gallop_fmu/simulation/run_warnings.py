@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.engine.histories import history_sizes
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Report
 from gallop_fmu.scene.gusts import coherent_length, force_ratio, station_spacing
@@ -131,33 +133,45 @@ def fastest_motion(
     displacements, velocities
         Histories [m, m/s] of the same points, in the same order, over the whole run.
     """
-    moves, rates = np.array(displacements), np.array(velocities)
-    if not len(moves) or not all(np.abs(y).max(initial=0.0) < MAX_MOTION for y in (moves, rates)):
+    if not displacements:
         return math.nan
-    count = moves.shape[1]
+    motions = np.array([*displacements, *velocities])
+    moving, count = len(displacements), int(motions.shape[1])
+    low, high, mean, _ = history_sizes(motions).T
+    if not max(-low.min(), high.max()) < MAX_MOTION:
+        return math.nan
     length = max(2, round(default_window(interval * (count - 1)) / interval) + 1)
     if length < MIN_SAMPLES:
         return math.nan
-    ranges = np.ptp(moves, axis=1)
-    largest = moves[int(ranges.argmax())]
-    end = count
-    if np.ptp(largest[-length:]) < 0.5 * ranges.max():
-        end = min(count, int(np.argmax(np.abs(largest - np.mean(largest)))) + length // 2)
-    part = slice(max(0, end - length), end)
-    motions = moves[:, part] - np.mean(moves[:, part], axis=1, keepdims=True)
-    variance = float(np.sum(np.var(motions, axis=1)))
+    ranges = (high - low)[:moving]
+    place = int(ranges.argmax())
+    largest, end = motions[place], count
+    if np.ptp(largest[-length:]) < 0.5 * ranges[place]:
+        end = min(count, int(np.argmax(np.abs(largest - mean[place]))) + length // 2)
+    late = np.ascontiguousarray(motions[:, max(0, end - length) : end])
+    _, _, mean, deviation = history_sizes(late).T
+    variance = float(np.sum(deviation[:moving] ** 2))
     if not variance > 0.5 * REST_AMPLITUDE**2:
         return math.nan
-    samples = motions.shape[1]
-    lines = np.fft.rfft(motions * np.hanning(samples))
-    frequency = np.fft.rfftfreq(samples, interval)
-    energy = np.sum(np.abs(lines) ** 2, axis=0) * frequency**2
+    samples = int(late.shape[1])
+    lines = np.fft.rfft((late[:moving] - mean[:moving, None]) * _hann(samples))
+    number = np.arange(lines.shape[1])
+    energy = np.sum(lines.real**2 + lines.imag**2, axis=0) * number**2
     above = np.cumsum(energy[::-1])[::-1]
-    found = float(frequency[np.flatnonzero(above >= FAST_ENERGY_SHARE * above[0])[-1]])
-    if len(rates) != len(moves):
+    line = int(np.count_nonzero(above >= FAST_ENERGY_SHARE * above[0])) - 1
+    found = line / (samples * interval)
+    if len(velocities) != moving:
         return found
-    ratio = float(np.sum(np.var(rates[:, part], axis=1))) / variance
+    ratio = float(np.sum(deviation[moving:] ** 2)) / variance
     return max(found, math.sqrt(ratio) / (2.0 * math.pi))
+
+
+@lru_cache(maxsize=2)
+def _hann(samples: int) -> Array:
+    """Return Hann's window, which cannot be written."""
+    window = np.hanning(samples)
+    window.flags.writeable = False
+    return window
 
 
 def step_warnings(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import Literal, NamedTuple, overload
 
 import numpy as np
@@ -61,8 +61,8 @@ Progress = Callable[[float, float], object]
 PROGRESS_INTERVAL = 0.1
 """Approximate wall-clock time [s] between two calls of the progress function."""
 
-FIRST_PORTION = 500
-"""Time steps before the first call, when their cost is not yet known."""
+FIRST_PORTION = 30_000
+"""Time steps times elements before the first call, when their cost is not yet known."""
 
 
 @overload
@@ -200,7 +200,8 @@ def simulate(  # noqa: PLR0913 - all but two are keyword arguments
         return state.record(records, plan.stride, recording.probes, first, threads)
 
     first = state.observe(recording.probes)[np.newaxis]
-    records, report = _march(record, first, plan, progress)
+    portion = max(1, FIRST_PORTION // (mapped.elements * plan.stride))
+    records, report = _march(record, first, plan, portion, progress)
     seconds = clock.perf_counter() - started
     result = run.result(model, recording.values(records), report, seconds, state)
     if report.outcome is not Outcome.COMPLETED and on_failure == "raise":
@@ -252,23 +253,30 @@ class _Run(NamedTuple):
 
 def _details(scene: Scene | LineScene, model: Model | None) -> dict[str, str]:
     """Return integrator and coefficient curve; of a model the unknowns and inactive terms."""
-    inactive = [] if model is None else [part for part in Part if part not in model.parts]
     return {
         "integrator": INTEGRATORS[scene.numerics.method].description,
         "coefficient_curve": scene.aerodynamics.label if scene.aerodynamics else "",
         "unknowns": "" if model is None else " ".join(model.unknowns),
-        "inactive_terms": ", ".join(str(part.name).lower().replace("_", " ") for part in inactive),
+        "inactive_terms": "" if model is None else _inactive_terms(int(model.parts)),
     }
+
+
+@cache
+def _inactive_terms(parts: int) -> str:
+    """Return the names of the parts that a model does not have."""
+    inactive = [part for part in Part if part not in Part(parts)]
+    return ", ".join(str(part.name).lower().replace("_", " ") for part in inactive)
 
 
 def _march(
     record: Callable[[int, int], tuple[Array, Report]],
     first: Array,
     plan: RecordingPlan,
+    portion: int,
     progress: Progress | None,
 ) -> tuple[Array, Report]:
     """Run in portions of about `PROGRESS_INTERVAL`, to show progress and to stop on Ctrl-C."""
-    done, portion = 0, max(1, FIRST_PORTION // plan.stride)
+    done = 0
     parts, report = [first], Report(Outcome.COMPLETED, 0.0)
     while done < plan.count:
         began = clock.perf_counter()

@@ -49,7 +49,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.engine.histories import HistoryNumbers, beat_share, history_numbers
+from gallop_fmu.engine.histories import HistoryNumbers, beat_share, history_numbers, history_sizes
 
 Array = NDArray[np.float64]
 
@@ -170,7 +170,8 @@ def judge_span(
     if len(time) < 2:
         return Motion("undetermined", "one record")
     whole = np.stack(list(histories.values()))
-    if not np.isfinite(whole).all():
+    ends = history_sizes(whole)[:, :2]
+    if not np.isfinite(ends).all():
         return Motion("undetermined", "not finite")
     interval = float(time[1] - time[0])
     window = default_window(float(time[-1] - time[0])) if window is None else window
@@ -196,7 +197,12 @@ def judge_span(
         found = motions[name]
         if found.detail:
             found = replace(found, detail=f"{name} {found.detail}")
-    return _first_turned_over(time, histories, last, found)
+    turned = {
+        name: values
+        for (name, values), (low, high) in zip(histories.items(), ends.tolist(), strict=True)
+        if name.endswith("twist") and high - low > TURNED_OVER  # a turn needs this range
+    }
+    return _first_turned_over(time, turned, last, found)
 
 
 def _first_turned_over(
@@ -204,7 +210,7 @@ def _first_turned_over(
 ) -> Motion:
     """Return the given motion, or "turned over" by the first twist that rotated by half a turn."""
     for name, values in histories.items():
-        turned = _turned_over(time, values, last, then) if name.endswith("twist") else then
+        turned = _turned_over(time, values, last, then)
         if turned is not then:
             place = name.removesuffix("twist").strip()
             return replace(turned, detail=f"in {place}, {turned.detail}") if place else turned

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -11,13 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.engine.histories import history_sizes
 from gallop_fmu.foundation.channels import END_FORCES
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 from gallop_fmu.input.scene_spec import SceneSpec
-from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
+from gallop_fmu.simulation.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.simulation.oscillation import measure_all
 from gallop_fmu.simulation.result import Result
@@ -102,15 +104,13 @@ def steady_motion(result: Result, window: float | None = None) -> Row:
     }
     length = None if window is None else min(window, row["time"])
     row["motion"] = str(result.motion if length is None else result.judged(length))
-    for name, values in _midspan_histories(result).items():
-        row |= {f"{name}_lowest": float(np.min(values)), f"{name}_highest": float(np.max(values))}
+    sizes = history_sizes(_midspan_histories(result)).tolist()
+    for name, (low, high, *_) in zip(CHANNELS, sizes, strict=True):
+        row |= {f"{name}_lowest": low, f"{name}_highest": high}
     row |= {"lowest_tension": report.lowest_tension, "warnings": " ".join(result.warnings)}
     if "left_f1" in recorded.values:
-        forces = [
-            np.sqrt(sum(recorded.values[f"{end}_f{axis}"] ** 2 for axis in (1, 2, 3)))
-            for end in ("left", "right")
-        ]
-        row["support_force_highest"] = float(np.max(forces))
+        forces = np.array([recorded.values[name] for name in END_FORCES]).reshape(2, 3, -1)
+        row["support_force_highest"] = math.sqrt(np.max(np.sum(forces * forces, axis=1)))
     if report.outcome is Outcome.COMPLETED:
         row |= _steady_columns(result, length, recorded.facts["sag"])
     return {name: row.get(name) for name in SUMMARY_COLUMNS} | shedding_columns(result)
@@ -119,25 +119,24 @@ def steady_motion(result: Result, window: float | None = None) -> Row:
 def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
     row: Row = {}
     time, last = result.recorded.time, result.in_window(window)
-    interval = float(np.diff(time[last][:2])[0])
-    histories = {name: values[last] for name, values in _midspan_histories(result).items()}
-    for name, found in zip(histories, measure_all([*histories.values()], interval), strict=True):
+    start = int(np.argmax(last))
+    interval = float(time[start + 1] - time[start])
+    histories = np.ascontiguousarray(_midspan_histories(result)[:, start:])
+    for name, found in zip(CHANNELS, measure_all(histories, interval), strict=True):
         keys = (f"{name}_amplitude", f"{name}_mean", f"{name}_frequency_hz")
         row |= dict(zip(keys, found, strict=True))
     ellipses = {"davison_excess": davison_single_loop(sag)}
     with suppress(ValueError):  # the rule has no ellipse for such a small sag
         ellipses["cigre_322_excess"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)
-    excess = {
-        key: float(np.max(ellipse.distance(histories["u3"], histories["u2"])))
-        for key, ellipse in ellipses.items()
-    }
+    u2, u3 = histories[: CHANNELS.index("theta")]
+    excess = {key: float(np.max(ellipse.distance(u3, u2))) for key, ellipse in ellipses.items()}
     return {**row, **excess}
 
 
-def _midspan_histories(result: Result) -> dict[str, NDArray[np.float64]]:
-    """Mid-span histories as plain arrays; selection in a dataset is slow."""
+def _midspan_histories(result: Result) -> NDArray[np.float64]:
+    """Mid-span histories of `CHANNELS`, (channel, time); selection in a dataset is slow."""
     middle = result.recorded.nodes.tolist().index(result.scene.elements)
-    return {name: result.recorded.values[name][:, middle] for name in CHANNELS}
+    return np.array([result.recorded.values[name][:, middle] for name in CHANNELS])
 
 
 @dataclass(frozen=True)

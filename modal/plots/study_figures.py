@@ -14,8 +14,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from gallop_fmu.line.clearance import Ellipse
 from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, drawing, thinned
+from gallop_fmu.simulation.clearance import Ellipse
 from modal.plots.span_figures import WIDTH
 
 Array = NDArray[np.float64]

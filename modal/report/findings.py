@@ -23,8 +23,8 @@ from gallop_fmu import (
     simulate,
 )
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
 from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.simulation.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.run_options import check_stop_time
 from modal.foundation import one_span as instead
 from modal.linear.modes import Mode, natural_modes

@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from gallop_fmu.line.clearance import Ellipse
 from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, drawing
+from gallop_fmu.simulation.clearance import Ellipse
 
 if TYPE_CHECKING:
     import xarray as xr

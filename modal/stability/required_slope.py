@@ -50,7 +50,7 @@ from numpy.typing import NDArray
 from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.input.scene_like import SceneLike, as_scene
-from gallop_fmu.line.clearance import cigre_322_single_loop
+from gallop_fmu.simulation.clearance import cigre_322_single_loop
 from modal.foundation.one_thread import one_thread
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import Mode

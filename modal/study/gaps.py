@@ -19,7 +19,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.simulation.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.line_result import LineResult
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
-from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
+from gallop_fmu.simulation.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.line_result import LineResult
 from modal.foundation.one_thread import one_thread
 from modal.motions.branches import Branches

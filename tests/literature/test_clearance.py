@@ -9,7 +9,12 @@ import math
 import numpy as np
 import pytest
 
-from gallop_fmu.line.clearance import FOOT, Ellipse, cigre_322_single_loop, davison_single_loop
+from gallop_fmu.simulation.clearance import (
+    FOOT,
+    Ellipse,
+    cigre_322_single_loop,
+    davison_single_loop,
+)
 
 PRINTED = 0.05 + 0.00625
 """Half a unit of the printed decimal, and of the sag's second decimal times 1.25 [ft]."""

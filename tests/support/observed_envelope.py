@@ -1,8 +1,8 @@
 """Amplitudes that the assumed curve predicts, compared with CIGRE 322's envelope of observed ones.
 
 The envelope of a single conductor is, peak to peak, 80 d ln(8 sag/(50 d)) with the diameter d of
-the bare conductor (`gallop_fmu.line.clearance`). It contains neither wind speed nor ice. The lines
-below cover ratios of sag to diameter from 50 to 500.
+the bare conductor (`gallop_fmu.simulation.clearance`). It contains neither wind speed nor ice. The
+lines below cover ratios of sag to diameter from 50 to 500.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import gallop_fmu as gf
-from gallop_fmu.line.clearance import cigre_322_single_loop
 from gallop_fmu.line.conductors import find_conductor
+from gallop_fmu.simulation.clearance import cigre_322_single_loop
 
 LINES = [
     (conductor, span) for conductor in ("Hawk", "Drake", "Bluejay") for span in (150, 225, 300, 400)

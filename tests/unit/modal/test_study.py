@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import gallop_fmu as gf
 from gallop_fmu import SceneError
-from gallop_fmu.line.clearance import Ellipse
 from gallop_fmu.line.section_table import section_data
+from gallop_fmu.simulation.clearance import Ellipse
 from modal.cli.main import app
 from modal.foundation.alike_phases import one_phase
 from modal.report import line_findings, line_page

@@ -8,8 +8,9 @@ import pytest
 import gallop_fmu as gf
 from gallop_fmu.engine import histories, pack
 from gallop_fmu.engine.histories import history_numbers
+from gallop_fmu.engine.state import State
 from gallop_fmu.scene import aerodynamic_curve
-from gallop_fmu.simulation import provenance
+from gallop_fmu.simulation import provenance, recording
 from gallop_fmu.simulation import simulate as simulation
 from gallop_fmu.simulation.steadiness import dominant_frequency
 from gallop_fmu.sweeps.sweep import SUMMARISED, steady_motion
@@ -55,6 +56,20 @@ def passes(monkeypatch):
 
     monkeypatch.setattr(histories, "kernel", Counting())
     return found
+
+
+def test_a_second_run_makes_no_table_of_probes(counted):
+    gf.simulate("example3", 0.2)
+    calls = counted(recording, "node_probes")
+    gf.simulate("example3", 0.3)
+    assert not calls
+
+
+def test_a_long_run_of_a_span_needs_few_calls_of_the_kernel(counted):
+    """A fifth of it first, then ten times as much, which takes less than 0.1 s."""
+    calls = counted(State, "record")
+    gf.simulate("example3", 100.0)
+    assert len(calls) == 2
 
 
 def test_steady_describes_all_channels_in_one_call(passes, counted):

@@ -372,7 +372,7 @@ def test_headline_of_a_growing_motion(swing):
 
 def test_a_report_qualifies_the_clearance_of_an_unsteady_run(swing):
     """Headline and clearance of a run that still grows and whose steps are too long."""
-    from gallop_fmu.line.clearance import davison_single_loop
+    from gallop_fmu.simulation.clearance import davison_single_loop
     from modal.report.page import page
     from modal.report.tables import cards
 

@@ -11,7 +11,7 @@ import pytest
 import gallop_fmu as gf
 import modal
 from gallop_fmu.cli import sweep_options
-from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.simulation.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.sweeps.sweep import SUMMARY_COLUMNS
 from modal.screening.many_spans import ESTIMATE_COLUMNS, SCREENING_COLUMNS, EstimateTask
 from support.sweeps import same

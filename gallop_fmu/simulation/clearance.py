@@ -18,14 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gallop_fmu.engine.histories import ellipse_distances
+
 FOOT = 0.3048
 """Length of a foot [m]."""
-MAX_ITERATIONS = 100
-"""Newton iterations; a point near the major axis needs at most 70, others about 6."""
-CONVERGED = 1e-15
-"""Relative change of the root in the last iteration."""
-NEAR_AXIS = 1e-12
-"""Minimum distance from the major axis, over the half minor axis; avoids a division by zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,28 +57,14 @@ class Ellipse:
     def distance(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
         """Return the distance of points x, y [m], of equal shape, from the edge; negative inside.
 
-        The nearest point of the edge is found after D. Eberly, "Distance from a Point to an
-        Ellipse, an Ellipsoid, or a Hyperellipsoid" (2013), with Newton's method in place of
-        bisection: the function is convex and decreases, so that iterates from below increase to
-        the root.
+        ``kernel/history_ellipse.c`` has the method.
         """
-        along, across = (np.abs(part) for part in self._own_axes(x, y))
-        a, b = 0.5 * self.major, 0.5 * self.minor
-        inside = np.hypot(along / a, across / b) <= 1.0
-        across = np.maximum(across, NEAR_AXIS * b)
-        ratio = (a / b) ** 2
-        pull, push = ratio * along / a, across / b
-        root = np.maximum(push, pull - (ratio - 1.0))  # each term alone is at most 1
-        for _ in range(MAX_ITERATIONS):
-            shifted = root + ratio - 1.0
-            first, second = (pull / shifted) ** 2, (push / root) ** 2
-            slope = first / shifted + second / root
-            step = 0.5 * (first + second - 1.0) / slope
-            root = root + np.maximum(step, 0.0)
-            if not (step > CONVERGED * root).any():
-                break
-        shortest = np.hypot(ratio * along / (root + ratio - 1.0) - along, across / root - across)
-        return np.where(inside, -shortest, shortest)
+        sine, cosine = math.sin(self.rotation), math.cos(self.rotation)
+        return ellipse_distances(
+            np.asarray(x),
+            np.asarray(y),
+            (*self.centre, 0.5 * self.major, 0.5 * self.minor, cosine, sine),
+        )
 
     def outline(self, points: int = 181) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return points x, y of the edge [m]; the last is the first."""
