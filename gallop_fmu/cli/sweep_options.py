@@ -384,9 +384,11 @@ def _grouped(runs: Runs, rows: Sequence[Row], key: str) -> list[str]:
     for row in rows:
         if row.get(key):
             groups.setdefault(re.sub(r"[\d.]+", "", row[key]), []).append(row)
+    from gallop_fmu.foundation.text_rules import counted
+
     sentences = []
     for first, *others in groups.values():
-        more = f" and {len(others)} more runs" if others else ""
+        more = f" and {counted(len(others), 'more run')}" if others else ""
         if any(row[key] != first[key] for row in others):
             more += ", with the numbers of the first"
         sentences.append(f"{_run_label(runs, first)}{more}: {first[key]}")

@@ -108,17 +108,17 @@ def _lines(found: RankedMeasures) -> list[Any]:
         "galloping from [m/s]",
         "predicted",
         "swing from [m/s]",
-        f"largest [m] at {found.wind_speed:g} m/s",
+        f"largest amplitude [m] at {found.wind_speed:g} m/s",
         "sag [m]",
         "by",
     )
     for row in found.rows:
         table.add_row(
             row.measure.name,
-            f"{_text(row.before.onset)} -> {_text(row.after.onset)}",
+            _change(_text(row.before.onset), _text(row.after.onset)),
             _text(row.predicted.onset),
-            f"{_text(row.before.swing)} -> {_text(row.after.swing)}",
-            f"{_size(row.before)} -> {_size(row.after)}",
+            _change(_text(row.before.swing), _text(row.after.swing)),
+            _change(_size(row.before), _size(row.after)),
             _text(row.sag),
             row.verified_by or "not computed",
         )
@@ -129,6 +129,11 @@ def _lines(found: RankedMeasures) -> list[Any]:
         for row in found.rows
     ]
     return [found.title, table, *details]
+
+
+def _change(before: str, after: str) -> str:
+    """Both values, or a dash if both are unknown."""
+    return before if before == after == "-" else f"{before} -> {after}"
 
 
 def _size(effect: Effect) -> str:

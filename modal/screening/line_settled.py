@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Model
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
+from gallop_fmu.foundation.text_rules import counted
 from modal.motions.full_model import CHANNELS, full_scene
 from modal.motions.line_model import LineModel
 from modal.motions.span_problem import WIND_SPEED
@@ -150,10 +151,10 @@ class _Found:
         unsettled = [one for one in self.states if one.kind == "not settled"]
         found = [f"{one}: it had not settled at the end of a simulation" for one in unsettled]
         if self.early:
-            first = self.early[0].split(" What to do")[0]
+            first = self.early[0].split(" What to do")[0].rstrip(".")
             found.append(
-                f"{len(self.early)} of {self.runs} simulations at {wind:.4g} m/s ended early, the"
-                f" first so: {first}"
+                f"{len(self.early)} of {counted(self.runs, 'simulation')} at {wind:.4g} m/s ended"
+                f" early; reason of the first: {first}"
             )
         return found
 

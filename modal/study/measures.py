@@ -7,7 +7,7 @@ with the reason.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, SceneError
+from gallop_fmu.foundation.text_rules import counted
 
 TENSION_FACTORS = (1.1, 0.9)
 """Changes of the strung tension."""
@@ -229,11 +230,16 @@ def dampers(scene: LineScene, frequencies_hz: NDArray[np.float64]) -> Measure:
     )
     return _made(
         name,
-        f"{min(masses):.0f} to {max(masses):.0f} kg for each conductor, in {len(devices)} spans;"
-        f" a spring would stretch by {min(stretches):.1f} to {max(stretches):.1f} m under its"
-        f" weight{lever}",
+        f"{_range_of(masses, '.0f')} kg for each conductor, in {counted(len(devices), 'span')};"
+        f" a spring would stretch by {_range_of(stretches, '.1f')} m under its weight{lever}",
         lambda: _with_devices(scene, devices),
     )
+
+
+def _range_of(values: Sequence[float], digits: str) -> str:
+    """Lowest and highest value, or the one value if they are the same in so many digits."""
+    low, high = format(min(values), digits), format(max(values), digits)
+    return low if low == high else f"{low} to {high}"
 
 
 def _with_devices(scene: LineScene, devices: list[dict[str, Any]]) -> LineScene:

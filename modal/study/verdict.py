@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gallop_fmu.foundation.text_rules import counted
 from modal.report.findings import Missing
 from modal.report.line_verdict import MIN_GALLOPING, critical_sentence, pairs_sentence
 from modal.study.answer import Answer
@@ -114,7 +115,8 @@ def _from_wind(study: LineStudy) -> Answer:
     question = "From which wind?"
     evidence = [*_den_hartog(study)]
     if not isinstance(study.findings, Missing):
-        evidence.append(f"At the worst condition: {critical_sentence(study.findings)}")
+        critical = critical_sentence(study.findings)
+        evidence.append(f"At the worst condition, {critical[0].lower()}{critical[1:]}")
     evidence += onsets(study)
     galloping = study.galloping
     if not galloping:
@@ -329,7 +331,8 @@ def _forces(study: LineStudy) -> Answer:
         if design is not None:
             count = sum(each > design for each, _ in found)
             over += count
-            text += f"; the design value is {design / 1e3:.1f} kN, exceeded in {count} cases"
+            exceeded = counted(count, "case")
+            text += f"; the design value is {design / 1e3:.1f} kN, exceeded in {exceeded}"
         evidence.append(f"{text}.")
         if short:
             parts.append(f"{short} up to {size / 1e3:.1f} kN")
@@ -404,7 +407,7 @@ def _resonance(study: LineStudy) -> Answer:
         first, level = (two or matter)[0], "bad"
         driving, driven = first.driving_mode, first.driven_mode
         named = (
-            f"Yes, possible: {len(matter)} pairs of modes, first {first.kind} of the"
+            f"Yes, possible: {counted(len(matter), 'pair')} of modes, first {first.kind} of the"
             f" {driving.family} mode at {driving.frequency_hz:.3f} Hz with the {driven.family} mode"
             f" at {driven.frequency_hz:.3f} Hz."
         )

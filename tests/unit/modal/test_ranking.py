@@ -85,5 +85,6 @@ def test_predicted_and_verified_values_stand_side_by_side(scene, monkeypatch, tm
     done = CliRunner().invoke(app, ["measures", "example3", "-o", str(tmp_path / "b.csv")])
     assert done.exit_code == 0, done.output
     assert "Spread" in done.stdout
+    assert "- -> -" not in done.stdout  # the swing of a damper is not computed
     done = CliRunner().invoke(app, ["measures", "example3", "--json"])
     assert '"predicted"' in done.stdout

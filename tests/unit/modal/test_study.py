@@ -219,6 +219,9 @@ def test_measures_have_the_stated_values(scene):
     assert raised.scene.strung_tension == pytest.approx(1.1 * 21730.0)
     assert "30% of the rated strength" in raised.detail
     (damper,) = found["Hang a tuned damper at mid-span"].scene.devices
+    assert "6 kg for each conductor, in 1 span; a spring would stretch by 1.1 m" in (
+        found["Hang a tuned damper at mid-span"].detail
+    )
     modal_mass = 0.5 * 1.83 * 125.88
     ratio = damper.hanging_mass / modal_mass
     assert ratio == pytest.approx(0.05)

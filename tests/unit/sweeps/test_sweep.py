@@ -288,7 +288,7 @@ def test_tables_break_no_word_at_80_columns(invoke, monkeypatch):
     ):  # names break after a dot or underscore
         assert re.search(rf"\s{words}\s", table)
     assert max(map(len, shown.splitlines()[:12])) <= 80
-    assert "wind.speed 4, ice.attack_angle_deg 180 and 1 more runs: undetermined (" in shown
+    assert "wind.speed 4, ice.attack_angle_deg 180 and 1 more run: undetermined (" in shown
     assert " undetermined " in invoke("run", "example3", *QUICK).stdout
 
 
