@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 import gallop_fmu as gf
 import modal
 from modal.cli.main import app
+from modal.cli.measures_command import _change
 from modal.study import ranking
 from modal.study.span_measures import line_of_span, measures_of_span
 
@@ -85,6 +86,7 @@ def test_predicted_and_verified_values_stand_side_by_side(scene, monkeypatch, tm
     done = CliRunner().invoke(app, ["measures", "example3", "-o", str(tmp_path / "b.csv")])
     assert done.exit_code == 0, done.output
     assert "Spread" in done.stdout
-    assert "- -> -" not in done.stdout  # the swing of a damper is not computed
+    assert _change("-", "-") == "-"
+    assert _change("-", "4.1") == "- -> 4.1"
     done = CliRunner().invoke(app, ["measures", "example3", "--json"])
     assert '"predicted"' in done.stdout
