@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 from gallop_fmu.engine.ctypes_structs import CChain, CSettings, CStation
@@ -27,6 +26,7 @@ from gallop_fmu.scene.stations import (
     SAME_PLACE,
     Conductor,
     conductors_of,
+    elements_of_parts,
     places,
     stations,
 )
@@ -470,31 +470,6 @@ class _LinePacker:
                     and load.subconductor in (None, conductor.subconductor)
                 ):
                     self.tables.add_load(load, path, chain, law)
-
-
-def elements_of_parts(fractions: tuple[float, ...], elements: int) -> tuple[int, ...]:
-    """Share the elements of a conductor out to the parts between its stations, by length.
-
-    Each part has at least one element. Numbers are rounded, so that equal parts have equal numbers;
-    the total then differs from `elements` by at most half of the number of parts.
-
-    Parameters
-    ----------
-    fractions
-        Stations with both ends: from 0 to 1, increasing.
-    elements
-        Number of elements asked for.
-
-    Returns
-    -------
-    tuple of int
-        Number of elements before each station, from 0 to the total.
-    """
-    corners = [0]
-    for left, right in pairwise(fractions):
-        share = math.floor(elements * (right - left) + 0.5 + SAME_PLACE * elements)
-        corners.append(corners[-1] + max(1, share))
-    return tuple(corners)
 
 
 def _same(first: float, second: float) -> bool:

@@ -6,6 +6,7 @@ from 1.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -167,3 +168,28 @@ def _ends(device: Interval | SpanShedding) -> list[float]:
 
 def _one_or_all(number: int | None, count: int) -> range:
     return range(1, count + 1) if number is None else range(number, number + 1)
+
+
+def elements_of_parts(fractions: tuple[float, ...], elements: int) -> tuple[int, ...]:
+    """Share the elements of a conductor out to the parts between its stations, by length.
+
+    Each part has at least one element. Numbers are rounded, so that equal parts have equal numbers;
+    the total then differs from `elements` by at most half of the number of parts.
+
+    Parameters
+    ----------
+    fractions
+        Stations with both ends: from 0 to 1, increasing.
+    elements
+        Number of elements asked for.
+
+    Returns
+    -------
+    tuple of int
+        Number of elements before each station, from 0 to the total.
+    """
+    corners = [0]
+    for left, right in pairwise(fractions):
+        share = math.floor(elements * (right - left) + 0.5 + SAME_PLACE * elements)
+        corners.append(corners[-1] + max(1, share))
+    return tuple(corners)

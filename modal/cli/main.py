@@ -6,12 +6,10 @@ Functions import what they need themselves, so that ``--help`` is fast.
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gallop_fmu.cli.sweep_options import range_of, values_of
 from gallop_fmu.cli.terminal import (
     PICTURE_SUFFIXES,
     AsJson,
@@ -30,8 +28,10 @@ from gallop_fmu.cli.terminal import (
 )
 from modal.cli.atlas_command import ATLAS_EXAMPLE, atlas
 from modal.cli.branches_command import BRANCHES_EXAMPLE, branches
-from modal.cli.line_output import LOCUS_POINTS, show_linear, show_modes, show_pairs
+from modal.cli.line_output import LOCUS_POINTS, show_linear, show_pairs
 from modal.cli.measures_command import MEASURES_EXAMPLE, measures
+from modal.cli.modes_command import MODES_EXAMPLE, modes
+from modal.cli.number_options import RANGE, Points, only_for_spans, varied_values
 from modal.cli.output import Plot, line_or_span_to_draw, show
 from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.cli.sensitivity_command import SENSITIVITY_EXAMPLE, sensitivity
@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gallop_fmu.scene.scene import Scene
-    from modal.linear.modes import Mode
     from modal.stability.criteria import Criterion
     from modal.stability.critical_wind import CriticalWind
 
@@ -55,193 +54,11 @@ def _root(version: Version = False) -> None:
     """Compute modes, resonance, stability and risk of a swing of iced spans; write reports."""
 
 
-RANGE = "KEY[=FIRST:LAST]"
-
 VARIED = "span.horizontal_tension"
 """Number that the command ratio varies if none is given."""
 
-OverNumber = Annotated[
-    str | None,
-    typer.Option(
-        "--over",
-        metavar=RANGE,
-        help="Track the modes over this number (default range: 0.7 to 1.3 times its value).",
-    ),
-]
-Points = Annotated[
-    int, typer.Option("--points", metavar="N", parser=whole(2, 10000), help="Number of values.")
-]
 
-
-@app.command(
-    epilog=example("gallop-modal modes example3 --over span.horizontal_tension --plot veering.png")
-)
-def modes(
-    scene: SceneName,
-    changes: Changes = None,
-    count: Annotated[
-        int, typer.Option(metavar="N", parser=whole(0, 10000), help="Number of modes.")
-    ] = 12,
-    wind: Annotated[
-        Literal["still", "mean"],
-        typer.Option(help="Modes in still air, or about the equilibrium in the mean wind."),
-    ] = "still",
-    over: OverNumber = None,
-    points: Points = 25,
-    plot: Plot = None,
-    as_json: AsJson = False,
-) -> None:
-    """List the lowest natural modes, or track them over values of a number."""
-    from gallop_fmu.scene.line_scene import LineScene
-    from modal.linear.modes import natural_modes
-
-    chosen = line_or_span_to_draw(scene, changes, plot)
-    if isinstance(chosen, LineScene):
-        _only_for_spans({"--over": over})
-        show_modes(chosen, count, wind, plot, as_json)
-        return
-    if over is not None:
-        _track_modes(chosen, count, wind, *_varied(chosen, over, points), plot, as_json)
-        return
-    found = natural_modes(chosen, count, wind)
-
-    def figure() -> Any:
-        from modal.plots.span_figures import mode_shapes
-
-        return mode_shapes(found, chosen.title)
-
-    content = {
-        "title": chosen.title,
-        "warnings": list(chosen.warnings),
-        "wind": wind,
-        "modes": [
-            {
-                "frequency_hz": mode.frequency_hz,
-                "damping_ratio": mode.damping_ratio,
-                "family": mode.family,
-                "symmetric": mode.symmetric,
-                "loops": mode.loops,
-                "shares": mode.shares,
-                "participation": mode.participation,
-            }
-            for mode in found
-        ],
-    }
-    show(content, [chosen.title, _mode_table(found)], figure, plot, as_json)
-
-
-def _only_for_spans(options: dict[str, str | None]) -> None:
-    """Refuse options that a line does not have."""
-    from gallop_fmu.foundation.errors import SceneError
-
-    given = [name for name, value in options.items() if value is not None]
-    if given:
-        raise SceneError(
-            f"{given[0]} is for scenes of one span, and this one is a line; leave it out, and"
-            " change values of the line with --set"
-        )
-
-
-def _mode_table(found: list[Mode]) -> Any:
-    """Table of modes for people."""
-    table = new_table("frequency [Hz]", "damping ratio", "family", "share", "loops", "symmetric")
-    for mode in found:
-        table.add_row(
-            f"{mode.frequency_hz:.4f}",
-            f"{mode.damping_ratio:.3%}",
-            mode.family,
-            f"{mode.shares[mode.family]:.1%}",
-            str(mode.loops),
-            "yes" if mode.symmetric else "no",
-        )
-    return table
-
-
-def _track_modes(
-    scene: Scene,
-    count: int,
-    wind: Literal["still", "mean"],
-    over: str,
-    values: list[float],
-    plot: Path | None,
-    as_json: bool,
-) -> None:
-    """Print frequencies and families over values of a number."""
-    from modal.linear.mode_tracking import track_modes
-
-    data = track_modes(scene, over, values, count, wind)
-
-    def figure() -> Any:
-        from modal.plots.span_figures import tracking_figure
-
-        return tracking_figure(data)
-
-    content = {
-        "title": scene.title,
-        "warnings": list(scene.warnings),
-        "wind": wind,
-        "over": over,
-        "unit": data[over].attrs["units"],
-        "values": values,
-        "modes": _tracked_rows(data),
-    }
-    show(content, [scene.title, _tracked_table(data, over)], figure, plot, as_json)
-
-
-def _tracked_rows(data: xr.Dataset) -> list[dict[str, Any]]:
-    """Tracked modes as JSON, each with its values along the way."""
-    shares, names = data.share.values, data.family.values
-    families = names[shares.argmax(axis=2)]
-    return [
-        {
-            "frequency_hz": data.frequency_hz.values[k].tolist(),
-            "damping_ratio": data.damping_ratio.values[k].tolist(),
-            "family": families[k].tolist(),
-            "shares": {name: shares[k, :, f].tolist() for f, name in enumerate(names.tolist())},
-            "likeness": data.likeness.values[k].tolist(),
-        }
-        for k in range(len(families))
-    ]
-
-
-def _tracked_table(data: xr.Dataset, over: str) -> Any:
-    """Table of tracked modes for people: the first and the last value."""
-    families = data.family.values[data.share.values.argmax(axis=2)]
-    values, unit = data[over].values, data[over].attrs["units"]
-    first, last = (f"at {value:g} {unit}" for value in (values[0], values[-1]))
-    table = new_table("mode", f"{first} [Hz]", "family", f"{last} [Hz]", "family")
-    for k, (wave, family) in enumerate(zip(data.frequency_hz.values, families, strict=True)):
-        table.add_row(str(k + 1), f"{wave[0]:.4f}", family[0], f"{wave[-1]:.4f}", family[-1])
-    return table
-
-
-def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
-    """Path and values of an option such as ``--over``; by default values around the present one."""
-    import numpy as np
-
-    from modal.foundation.scene_variation import number_of
-
-    path, equals, text = (part.strip() for part in option.partition("="))
-    if not equals:
-        now = number_of(scene, path)
-        return path, np.linspace(0.7 * now, 1.3 * now, points).tolist()
-    if text.count(":") != 1:
-        return path, _numbers(path, text)
-    first, last = range_of(path, text, ("FIRST", "LAST"), "span.sag=1.5:3")
-    return path, np.linspace(first, last, points).tolist()
-
-
-def _numbers(path: str, text: str) -> list[float]:
-    """Numbers of a list such as ``2,2.5,3``."""
-    from gallop_fmu.foundation.errors import SceneError
-
-    values = values_of(path, text)
-    wrong = [
-        value for value in values if isinstance(value, bool) or not isinstance(value, (int, float))
-    ]
-    if wrong:
-        raise SceneError(f"--over {path}={text}: {wrong[0]!r} is not a number")
-    return [float(value) for value in values]
+app.command(epilog=example(MODES_EXAMPLE))(modes)
 
 
 @app.command(
@@ -282,11 +99,11 @@ def ratio(
 
     chosen = line_or_span_to_draw(scene, changes, plot)
     if isinstance(chosen, LineScene):
-        _only_for_spans({"--over": over, "--against": against})
+        only_for_spans({"--over": over, "--against": against})
         show_pairs(chosen, plot, as_json)
         return
     pair = frequency_ratio(chosen)
-    over, values = _varied(chosen, over or VARIED, points)
+    over, values = varied_values(chosen, over or VARIED, points)
     suggested = [change.sentence for change in suggest_design_changes(chosen)]
     content: dict[str, Any] = {
         "title": chosen.title,
@@ -314,7 +131,7 @@ def ratio(
             return ratio_map(chosen, over, values)
 
     else:
-        against, others = _varied(chosen, against, points)
+        against, others = varied_values(chosen, against, points)
         data = ratio_map(chosen, over, values, against=(against, others))
         content |= {"values": values, "against": against, "against_values": others}
         content["ratios"] = [
@@ -388,7 +205,7 @@ def linear(
 
     chosen = line_or_span_to_draw(scene, changes, plot)
     if isinstance(chosen, LineScene):
-        _only_for_spans({"--show criteria": what if what == "criteria" else None})
+        only_for_spans({"--show criteria": what if what == "criteria" else None})
         show_linear(chosen, count, highest_wind, plot, as_json)
         return
     criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest_wind)

@@ -54,7 +54,7 @@ def screen_span(
     ] = False,
     plot: Plot = None,
 ) -> None:
-    """Find the wind speed above which galloping starts a horizontal swing (2:1 resonance).
+    """Find what a span or line does in its wind, and if galloping starts a swing (2:1 resonance).
 
     For one scene of a span or line, or for many: over values of its parameters, every scene of a
     table or folder, or both.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from modal.motions.motion_words import name_of_branch, name_of_disturbance
 from modal.motions.reduced_model import static_equilibrium
 from modal.motions.rotated import rotated_equilibria
 from modal.motions.runs import runs_from_orbits
+from modal.motions.saved_table import SavedTable
 from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import (
     WIND_SPEED,
@@ -37,7 +37,7 @@ from modal.motions.span_problem import (
     SpanProblem,
     WindFamily,
 )
-from modal.motions.table import begins_to_beat, branch_table, event_sentence, save_table
+from modal.motions.table import begins_to_beat, branch_table, event_sentence, point_rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,7 +82,7 @@ Progress = Callable[[int, float], object]
 
 
 @dataclass(frozen=True, repr=False)
-class Branches:
+class Branches(SavedTable):
     """Equilibria and periodic motions of a span or line over one number.
 
     Attributes
@@ -144,17 +144,9 @@ class Branches:
         """
         return drawn("Branches.plot", self.dataset)
 
-    def save(self, path: Path | str) -> Path:
-        """Write the dataset as ``.nc`` (NetCDF), or its points as ``.csv``.
-
-        Raises
-        ------
-        SceneError
-            The suffix is another one.
-        OSError
-            The file cannot be written.
-        """
-        return save_table(self.dataset, Path(path))
+    def _rows(self) -> Any:
+        """Points of all branches."""
+        return point_rows(self.dataset)
 
 
 @one_thread

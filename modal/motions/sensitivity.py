@@ -12,7 +12,6 @@ import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -36,7 +35,8 @@ from modal.foundation.scene_variation import (
 )
 from modal.motions.branches import Branches, branches
 from modal.motions.motion_models import similar_model
-from modal.motions.sensitivity_table import save_table, sensitivity_table
+from modal.motions.saved_table import SavedTable
+from modal.motions.sensitivity_table import sensitivity_table
 from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import (
     WIND_SPEED,
@@ -86,7 +86,7 @@ Progress = Callable[[str], object]
 
 
 @dataclass(frozen=True, repr=False)
-class Sensitivity:
+class Sensitivity(SavedTable):
     """Derivatives of events and motions of a span or line by numbers of its scene.
 
     Attributes
@@ -128,18 +128,6 @@ class Sensitivity:
             )
             lines.append("    " + ", ".join(parts))
         return "\n".join([*lines, *self.remarks])
-
-    def save(self, path: Path | str) -> Path:
-        """Write the dataset as ``.nc`` (NetCDF), or a row for each pair as ``.csv``.
-
-        Raises
-        ------
-        SceneError
-            The suffix is another one.
-        OSError
-            The file cannot be written.
-        """
-        return save_table(self.dataset, Path(path))
 
 
 class Quantity(NamedTuple):

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal.foundation.scene_variation import unit_of
-from modal.motions.table import write_dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,8 +68,3 @@ def sensitivity_table(
         coords={"quantity": [one.name for one in quantities], "number": list(paths)},
         attrs={"title": found.scene.title, "over": found.over, "units": found.unit},
     )
-
-
-def save_table(dataset: xr.Dataset, path: Path) -> Path:
-    """Write the table as ``.nc``, or a row for each quantity and number as ``.csv``."""
-    return write_dataset(dataset, path, lambda: dataset.to_dataframe().reset_index())

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
-from pathlib import Path
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gallop_fmu import SceneError
-from gallop_fmu.foundation.atomic_write import netcdf_bytes, write_whole
 from modal.continuation.branch import Branch
 from modal.continuation.diagram import CRITICAL, Diagram
 from modal.continuation.events import Event
@@ -23,8 +20,6 @@ if TYPE_CHECKING:
 
 PHASES = np.arange(128) / 128.0
 """Phases of a period at which amplitudes are measured."""
-
-SUFFIXES = (".nc", ".csv")
 
 MEANINGS = {
     "Hopf": "an oscillation begins",
@@ -279,12 +274,7 @@ def _run_columns(runs: Sequence[BranchRun], unit: str) -> dict[str, Any]:
     return columns
 
 
-def save_table(dataset: xr.Dataset, path: Path) -> Path:
-    """Write all tables as ``.nc``, or the points as ``.csv``."""
-    return write_dataset(dataset, path, lambda: _points(dataset))
-
-
-def _points(dataset: xr.Dataset) -> Any:
+def point_rows(dataset: xr.Dataset) -> Any:
     """Points of all branches as a DataFrame, with units in the names of its columns."""
     names = ["branch_of_point", "value", *POINT_COLUMNS, "event"]
     units = [dataset[name].attrs.get("units", "") for name in names]
@@ -296,21 +286,3 @@ def _points(dataset: xr.Dataset) -> Any:
         for name, unit in zip(frame.columns, units, strict=True)
     ]
     return frame
-
-
-def write_dataset(dataset: xr.Dataset, path: Path, rows: Callable[[], Any]) -> Path:
-    """Write a dataset as ``.nc``, or the DataFrame that `rows` returns as ``.csv``.
-
-    Raises
-    ------
-    SceneError
-        The suffix is another one.
-    """
-    suffix = path.suffix.lower()
-    if suffix == ".nc":
-        write_whole(path, netcdf_bytes(dataset))
-    elif suffix == ".csv":
-        write_whole(path, rows().to_csv(index=False, float_format="%.9g").encode())
-    else:
-        raise SceneError(f"{path}: the suffix must be one of {', '.join(SUFFIXES)}")
-    return path

@@ -36,7 +36,7 @@ def report(
     stop_time: StopTime = None,
     changes: Changes = None,
 ) -> None:
-    """Write an HTML report on a span: scene, modes, risk, critical winds, simulation, clearance.
+    """Write an HTML report on a span or line: modes, risk, critical winds, simulation, clearance.
 
     Of a line it has a verdict, pictures, tables of spans, strings, towers, clearances, modes and
     resonant pairs, and the scene.

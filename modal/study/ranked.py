@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modal.motions.table import write_dataset
+from modal.motions.saved_table import SavedTable
 from modal.screening.line_screen import LineScreening
 from modal.screening.screen import Screening
 from modal.study.measures import Measure
@@ -96,7 +95,7 @@ class Ranked:
 
 
 @dataclass(frozen=True, repr=False)
-class RankedMeasures:
+class RankedMeasures(SavedTable):
     """Measures for a span or line, the most effective first.
 
     Attributes
@@ -164,19 +163,6 @@ class RankedMeasures:
     def __repr__(self) -> str:
         lines = [f"{self.title}: measures at {self.wind_speed:g} m/s"]
         return "\n".join([*lines, *(sentence_of(row) for row in self.rows)])
-
-    def save(self, path: Path | str) -> Path:
-        """Write the table as ``.nc`` (NetCDF) or ``.csv``.
-
-        Raises
-        ------
-        SceneError
-            The suffix is another one.
-        OSError
-            The file cannot be written.
-        """
-        rows = self.dataset.to_dataframe().reset_index
-        return write_dataset(self.dataset, Path(path), rows)
 
 
 UNITS = {"onset": "m/s", "swing": "m/s", "vertical": "m", "horizontal": "m", "largest": "m"}

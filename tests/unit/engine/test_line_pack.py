@@ -7,9 +7,9 @@ import pytest
 
 import gallop_fmu as gf
 from gallop_fmu.engine.ctypes_structs import CChain, CCrossSection, CDevice
-from gallop_fmu.engine.line_pack import elements_of_parts
 from gallop_fmu.engine.model import Model
 from gallop_fmu.engine.pack import Packed
+from gallop_fmu.scene.stations import elements_of_parts
 from support.sections import POST, STRING, section
 
 QUAD = {"subconductors": 4, "spacing": 0.45, "spacers": 2}
