@@ -109,3 +109,47 @@ class Span:
     @property
     def saved(self):
         return self.block.tobytes()
+
+
+ADVANCE = ("model", "state", "inputs", "until", "report")
+START = ("model", "state", "time", "inputs", "report")
+FUNCTIONS = {
+    "gallop_state_init": START,
+    "gallop_equilibrium": START,
+    "gallop_state_place": ("model", "state", "time", "inputs", "u", "v", "report"),
+    "gallop_advance": ADVANCE,
+    "gallop_rewind": ("model", "state", "sharpness"),
+    "gallop_state_check": ("model", "state"),
+    "gallop_observe": ("model", "state", "probe", "probes", "values"),
+    "gallop_observe_equilibrium": ("model", "probe", "probes", "values"),
+    "gallop_residual": ("model", "state", "time", "inputs", "u", "v", "a", "out"),
+    "gallop_tangent": ("model", "state", "time", "inputs", "u", "v", "a", "k", "c", "m", "out"),
+    "gallop_device_force": (
+        *("model", "state", "time", "inputs", "u", "v", "a"),
+        *("element", "out", "slopes"),
+    ),
+    "gallop_device_tangent": (
+        *("model", "state", "time", "inputs", "u", "v", "a"),
+        *("k", "c", "m", "element", "out"),
+    ),
+    "gallop_device_load": ("model", "element", "count", "u", "v", "out", "slopes", "most"),
+    "gallop_model_derived": ("model", "values"),
+    "gallop_chain_derived": ("model", "element", "values"),
+    "gallop_model_nodes": ("model", "values"),
+    "gallop_sections": ("model", "values", "out", "more"),
+    "gallop_strain_points": ("model", "out", "more", "most"),
+    "gallop_node_normals": ("model", "values"),
+    "gallop_seed": ("model", "values"),
+    "gallop_aero_load": (
+        "model",
+        "element",
+        "angle",
+        "count",
+        "u",
+        "out",
+        "slopes",
+        "more",
+        "most",
+    ),
+}
+"""Arguments of the kernel's functions, by the names that `Span.call` knows."""

@@ -10,7 +10,6 @@ import math
 import numpy as np
 import pytest
 
-import gallop_fmu as gf
 from gallop_fmu.engine.ctypes_structs import (
     CDerived,
     CReport,
@@ -19,8 +18,10 @@ from gallop_fmu.engine.pack import Packed
 from gallop_fmu.foundation.channels import NODE_CHANNELS
 from gallop_fmu.foundation.outcome import Outcome
 from support.c_span import (
+    ADVANCE,
     BAD_CALL,
     FIELD,
+    FUNCTIONS,
     JUNCTION,
     NODE,
     PROBES,
@@ -34,21 +35,9 @@ UP, DOWN, TOWARDS_ZERO = 0x800, 0x400, 0xC00  # of fesetround on x86
 
 
 @pytest.fixture(scope="module")
-def scene():
-    springs = {"kind": "springs", "stiffness_x1": 1e5, "stiffness_x3": 1e4}
-    supports = {"supports.left": springs, "supports.right": springs}
-    return gf.load_scene("example3").with_values({"numerics.elements": 4} | supports)
-
-
-@pytest.fixture(scope="module")
 def other(scene):
     """A started span with a state of the same size."""
     return Span(scene.with_values({"wind.speed": 6.0})).started()
-
-
-@pytest.fixture
-def span(scene):
-    return Span(scene).started()
 
 
 def assert_filled(report, span=None):
@@ -63,47 +52,6 @@ def assert_filled(report, span=None):
 
 
 NULL = {key: None for key in ("model", "state", "report")}
-ADVANCE = ("model", "state", "inputs", "until", "report")
-START = ("model", "state", "time", "inputs", "report")
-FUNCTIONS = {
-    "gallop_state_init": START,
-    "gallop_equilibrium": START,
-    "gallop_state_place": ("model", "state", "time", "inputs", "u", "v", "report"),
-    "gallop_advance": ADVANCE,
-    "gallop_rewind": ("model", "state", "sharpness"),
-    "gallop_state_check": ("model", "state"),
-    "gallop_observe": ("model", "state", "probe", "probes", "values"),
-    "gallop_observe_equilibrium": ("model", "probe", "probes", "values"),
-    "gallop_residual": ("model", "state", "time", "inputs", "u", "v", "a", "out"),
-    "gallop_tangent": ("model", "state", "time", "inputs", "u", "v", "a", "k", "c", "m", "out"),
-    "gallop_device_force": (
-        *("model", "state", "time", "inputs", "u", "v", "a"),
-        *("element", "out", "slopes"),
-    ),
-    "gallop_device_tangent": (
-        *("model", "state", "time", "inputs", "u", "v", "a"),
-        *("k", "c", "m", "element", "out"),
-    ),
-    "gallop_device_load": ("model", "element", "count", "u", "v", "out", "slopes", "most"),
-    "gallop_model_derived": ("model", "values"),
-    "gallop_chain_derived": ("model", "element", "values"),
-    "gallop_model_nodes": ("model", "values"),
-    "gallop_sections": ("model", "values", "out", "more"),
-    "gallop_strain_points": ("model", "out", "more", "most"),
-    "gallop_node_normals": ("model", "values"),
-    "gallop_seed": ("model", "values"),
-    "gallop_aero_load": (
-        "model",
-        "element",
-        "angle",
-        "count",
-        "u",
-        "out",
-        "slopes",
-        "more",
-        "most",
-    ),
-}
 OUTPUTS = ("probe", "values", "out", "more", "most")
 POINTERS = [
     (name, argument)
@@ -410,135 +358,6 @@ def test_a_rewind_needs_a_completed_advance(span):
     for until, sharpness in ((0.2, 0.0), (0.3, -1.0), (0.4, 2.0), (0.5, math.nan)):
         assert span.call("gallop_advance", ADVANCE, {"until": c.c_double(until)}) == 0
         assert span.call("gallop_rewind", REWIND, {"sharpness": c.c_double(sharpness)}) == BAD_CALL
-
-
-@pytest.mark.parametrize("factor", ["k", "c", "m"])
-def test_residual_and_tangent_want_finite_numbers(span, factor):
-    tangent = FUNCTIONS["gallop_tangent"]
-    assert span.call("gallop_tangent", tangent, {}) == 0
-    assert span.call("gallop_tangent", tangent, {factor: c.c_double(math.nan)}) == BAD_CALL
-    span.motion[1][5] = math.inf
-    assert span.call("gallop_tangent", tangent, {}) == BAD_CALL
-    assert span.call("gallop_residual", FUNCTIONS["gallop_residual"], {}) == BAD_CALL
-
-
-def test_free_unknowns_need_an_array_of_integers(span):
-    is_free = np.full(4 * span.model.nodes, -1, np.int32)
-    place = is_free.ctypes.data
-    for model, pointer in ((None, place), (span.handle, None), (span.handle, place + 1)):
-        assert kernel.gallop_free_unknowns(model, c.c_void_p(pointer)) == BAD_CALL
-    assert (is_free == -1).all()
-    assert kernel.gallop_free_unknowns(span.handle, c.c_void_p(place)) == 0
-    assert set(is_free) == {0, 1}
-
-
-def test_junction_nodes_need_arrays_of_integers(span):
-    node, leader = (np.full(n, -1, np.int32) for n in (2, span.model.nodes))
-    places = [node.ctypes.data, leader.ctypes.data]
-    for model, first, second in (
-        (None, *places),
-        (span.handle, None, places[1]),
-        (span.handle, places[0] + 2, places[1]),
-        (span.handle, places[0], None),
-        (span.handle, places[0], places[1] + 1),
-    ):
-        pointers = [c.c_void_p(place) for place in (first, second)]
-        assert kernel.gallop_junction_nodes(model, *pointers) == BAD_CALL
-    assert (node == -1).all()
-    assert (leader == -1).all()
-    assert kernel.gallop_junction_nodes(span.handle, *map(c.c_void_p, places)) == 0
-    assert node.tolist() == [0, span.model.nodes - 1]
-    assert leader.tolist() == list(range(span.model.nodes))
-
-
-@pytest.mark.parametrize("name", ["gallop_device_force", "gallop_device_tangent"])
-def test_a_device_is_one_of_the_scene(span, name):
-    for device in (-1, 2):
-        change = {"element": c.c_int32(device)}
-        assert span.call(name, FUNCTIONS[name], change) == BAD_CALL
-    assert (span.out == UNTOUCHED).all()
-    assert span.call(name, FUNCTIONS[name], {"element": c.c_int32(1)}) == 0
-
-
-def test_the_energy_of_a_device_may_be_left_out(span):
-    force = FUNCTIONS["gallop_device_force"]
-    assert span.call("gallop_device_force", force, {"slopes": c.c_void_p(12)}) == BAD_CALL
-    assert span.call("gallop_device_force", force, {}) == 0
-    assert (span.out[24:26] != UNTOUCHED).all()
-    span.out[24:26] = UNTOUCHED
-    assert span.call("gallop_device_force", force, {"slopes": None}) == 0
-    assert (span.out[24:26] == UNTOUCHED).all()
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"element": c.c_int32(2)},
-        {"count": c.c_int32(-1)},
-        {"slopes": None},
-        {"slopes": c.c_void_p(12)},
-        "u",
-        "v",
-    ],
-)
-def test_loads_of_a_device_want_its_arrays(span, change):
-    load = FUNCTIONS["gallop_device_load"]
-    if isinstance(change, str):
-        span.motion["uv".index(change)][7] = math.nan
-        change = {}
-    assert span.call("gallop_device_load", load, change) == BAD_CALL
-    assert (span.out == UNTOUCHED).all()
-
-
-def test_a_device_has_the_load_of_as_many_motions_as_are_given(span):
-    load = FUNCTIONS["gallop_device_load"]
-    assert span.call("gallop_device_load", load, {"count": c.c_int32(0)}) == 0
-    assert (span.out == UNTOUCHED).all()
-    assert span.call("gallop_device_load", load, {}) == 0
-    written = np.flatnonzero(span.out != UNTOUCHED)
-    assert written.tolist() == [*range(8), *range(24, 56), *range(72, 104)]
-
-
-@pytest.mark.parametrize("factor", ["k", "c", "m"])
-def test_the_tangent_of_a_device_wants_finite_numbers(span, factor):
-    tangent = FUNCTIONS["gallop_device_tangent"]
-    assert span.call("gallop_device_tangent", tangent, {factor: c.c_double(math.nan)}) == BAD_CALL
-    span.motion[1][5] = math.inf
-    for name in ("gallop_device_force", "gallop_device_tangent"):
-        assert span.call(name, FUNCTIONS[name], {}) == BAD_CALL
-
-
-AERO = FUNCTIONS["gallop_aero_load"]
-
-
-def test_a_load_is_computed_with_and_without_slopes(span):
-    span.motion[0][8:10] = 5.0  # the wind speed of two sections
-    assert span.call("gallop_aero_load", AERO, {}) == 0
-    assert (span.out[:6] != UNTOUCHED).all()
-    assert (span.out[24:48] != UNTOUCHED).all()
-    span.out[24:48] = UNTOUCHED
-    assert span.call("gallop_aero_load", AERO, {"slopes": None}) == 0
-    assert (span.out[24:48] == UNTOUCHED).all()
-    assert span.call("gallop_aero_load", AERO, {"count": c.c_int32(0)}) == 0
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"count": c.c_int32(-1)},
-        {"angle": c.c_double(math.nan)},
-        {"slopes": c.c_void_p(12)},
-        {"element": c.c_int32(-1)},
-        {"element": c.c_int32(4)},
-    ],
-    ids=["count", "angle", "slopes", "element", "element beyond the last"],
-)
-def test_a_load_is_refused_for_arguments_out_of_range(span, change):
-    assert span.call("gallop_aero_load", AERO, change) == BAD_CALL
-    assert (span.out == UNTOUCHED).all()
-    span.motion[0][9] = math.inf
-    assert span.call("gallop_aero_load", AERO, {}) == BAD_CALL
-    assert (span.out == UNTOUCHED).all()
 
 
 def test_a_model_that_is_none_has_no_size():
