@@ -19,7 +19,7 @@ from modal.report import line_findings, line_page
 from modal.report.findings import Missing
 from modal.stability.critical_wind import critical_wind_speed
 from modal.study import cases as cases_module
-from modal.study import command, gaps, measures
+from modal.study import command, gaps
 from modal.study import page as page_module
 from modal.study import study as study_module
 from modal.study.cases import Variant, case_row, reached, run_cases
@@ -28,67 +28,15 @@ from modal.study.governing_span import branches_of_span, governing_span
 from modal.study.page import Signature, study_page
 from modal.study.study import LineStudy, largest_of, study_line
 from modal.study.verdict import answers
+from support.two_spans import PHASES, smooth_curve, two_spans
 
 WINDS, ANGLES = (1.0, 6.0, 8.0), (0.0, 90.0)
 OFFSETS = ((0.0, 0.0), (7.0, 0.0))
-PHASES = [{"name": "low"}, {"name": "top <1>", "offset": [3.0, 0.5]}]
-
-
-def smooth_curve(slope=3.0, to=180):
-    """CL = -slope/2 sin 2x, CD = 1: CL' + CD (Den Hartog) is 1 - slope at 0, 1 + slope at 90."""
-    angle = np.arange(-to, to + 1, 15.0)
-    return {
-        "kind": "table",
-        "angle_deg": angle.tolist(),
-        "lift": np.round(-0.5 * slope * np.sin(2.0 * np.radians(angle)), 9).tolist(),
-        "drag": [1.0] * len(angle),
-        "moment": [0.0] * len(angle),
-    }
 
 
 @pytest.fixture(scope="module")
 def scene():
-    """Two spans of the conductor of Example 2 with a curve over the whole turn."""
-    return gf.LineScene.from_dict(
-        {
-            "title": "two <spans>",
-            "section": {
-                "horizontal_tension": 21730.0,
-                "gravity": 9.81,
-                "rated_strength": 80000.0,
-                "spans": [{"length": 125.88}, {"length": 110.0, "height_difference": 4.0}],
-                "suspensions": [{"kind": "string", "length": 2.1, "weight": 490.0}],
-            },
-            "phases": PHASES,
-            "conductor": {
-                "diameter": 0.0286,
-                "mass_per_length": 1.53,
-                "axial_stiffness": 13.3e6,
-                "torsional_stiffness": 101.0,
-                "torsional_inertia": 0.57e-4,
-            },
-            "ice": {"mass_per_length": 0.3},
-            "wind": {"speed": 4.0},
-            "aerodynamics": smooth_curve(),
-            "damping": {
-                "translation": {
-                    "low_ratio": 0.005,
-                    "low_frequency": 0.4,
-                    "high_ratio": 0.005,
-                    "high_frequency": 0.8,
-                },
-                "twist": {
-                    "low_ratio": 0.04,
-                    "low_frequency": 3.0,
-                    "high_ratio": 0.04,
-                    "high_frequency": 6.0,
-                },
-            },
-            "initial": {"seed_vertical": 0.05},
-            "numerics": {"elements": 6, "time_step": 0.02},
-            "run": {"stop_time": 60.0, "record_every": 2},
-        }
-    )
+    return two_spans()
 
 
 def only_missing(*_):
@@ -210,50 +158,6 @@ def test_gap_of_the_study_is_that_of_the_paths(study):
     least = float(np.sqrt((apart**2).sum(axis=-1)).min())
     assert worst.smallest_gap <= least + 1e-3
     assert (worst.smallest_gap <= 0.0) == ("clash" in answers(study)[3].answer)
-
-
-def test_measures_have_the_stated_values(scene):
-    bare = scene.with_values({"phases": [{"name": "1"}]})
-    found = {each.name: each for each in measures.measures(bare, np.array([0.5, math.nan]))}
-    raised = found["Raise the tension by 10%"]
-    assert raised.scene.strung_tension == pytest.approx(1.1 * 21730.0)
-    assert "30% of the rated strength" in raised.detail
-    (damper,) = found["Hang a tuned damper at mid-span"].scene.devices
-    assert "6 kg for each conductor, in 1 span; a spring would stretch by 1.1 m" in (
-        found["Hang a tuned damper at mid-span"].detail
-    )
-    modal_mass = 0.5 * 1.83 * 125.88
-    ratio = damper.hanging_mass / modal_mass
-    assert ratio == pytest.approx(0.05)
-    own = math.sqrt(damper.hanging_stiffness / damper.hanging_mass)
-    assert own == pytest.approx(2.0 * math.pi * 0.5 / 1.05)
-    assert damper.damping / (2.0 * damper.hanging_mass * own) == pytest.approx(
-        math.sqrt(3.0 * 0.05 / (8.0 * 1.05**3))
-    )
-    split = found["Split span 1 by a tower in its middle"].scene.section
-    assert [span.length for span in split.spans] == [62.94, 62.94, 110.0]
-    assert len(split.suspensions) == 2
-
-
-def test_a_split_keeps_the_line_through_the_new_clamp(scene):
-    split = measures.split_span(scene, 2).section
-    assert [span.height_difference for span in split.spans] == [0.0, 2.0, 2.0]
-    assert sum(span.length for span in split.spans) == pytest.approx(235.88)
-    with_device = scene.with_values(
-        {"devices": [{"kind": "mass", "span": 2, "station": 0.5, "mass": 5.0}]}
-    )
-    with pytest.raises(SceneError, match="attached to span 2"):
-        measures.split_span(with_device, 1)
-
-
-def test_bundles_get_spacers_and_phases_get_bars(scene):
-    twin = scene.with_values(
-        {"bundle": {"subconductors": 2, "spacing": 0.4, "spacers": 2}, "numerics.elements": 8}
-    )
-    names = [each.name for each in measures.measures(twin, np.array([0.5, 0.5]))]
-    assert "Use 4 spacers in each span of the bundle instead of 2" in names
-    assert "Connect the phases by interphase spacers" in names
-    assert all(each.scene for each in measures.measures(twin, np.array([0.5, 0.5])))
 
 
 def test_measures_are_ranked_by_what_remains(study):
