@@ -2,9 +2,10 @@
 
 The first table has the parts of the reduced models, computed for one scene and for several at once
 in arrays that are as many times longer. The second has the shares of whole jobs, and the bound
-that follows for each job if all its starts, cycles and orbits were computed at once.
+that follows for each job if all its starts, cycles and orbits were computed at once. With the
+interpreter of an environment of another release, a third table compares the jobs with that one.
 
-Usage: python benchmarks/speed/many_scenes.py
+Usage: python benchmarks/speed/many_scenes.py [PYTHON]
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does
 
+import json
 import statistics
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -24,8 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from speed import heading
 
-sys.path += [str(Path(__file__).parents[2]), str(Path(__file__).parents[1] / "accuracy")]
-from branches_lines import section
+sys.path.append(str(Path(__file__).parents[2]))
 
 import gallop_fmu as gf
 import modal
@@ -47,6 +49,9 @@ AT_ONCE = 8
 
 LANES_GAIN = 1.35
 """Largest gain of several scenes in lanes of the full model (`scene_lanes.py`)."""
+
+COMPARISONS, TIMES = 3, "--times"
+"""Repeats of a comparison, and the argument for a run of it."""
 
 DRAWS = 256
 WIND = {"distribution": "weibull_min", "c": 2.0, "scale": 6.0}
@@ -100,16 +105,74 @@ def main() -> None:
         + " | rest | Bound |\n| --- | ---: | ---: |"
         + " ---: |" * (len(PARTS) + 2)
     )
+    for name, (work, count) in jobs().items():
+        job(name, work, gains, count)
+    if sys.argv[1:]:
+        compare(sys.argv[1])
+
+
+def jobs() -> dict[str, tuple[Callable[[], Any], int]]:
+    """Return what is measured: name to function, and the number of draws in it."""
     angle = {"wind.speed": WIND, "ice.attack_angle_deg": ANGLE}
     atlas = partial(modal.risk_atlas, draws=DRAWS, clearance=1.0, workers=1)
     example = gf.load_scene("example3")
-    wind = {"wind.speed": WIND}
-    job("atlas, random wind, one draw", partial(atlas, cubic_span(), wind), gains, DRAWS)
-    job("atlas, random wind and angle, one draw", partial(atlas, example, angle), gains, DRAWS)
-    for name in ("example2", "example3"):
-        job(f"screening, {name}", partial(modal.screen, gf.load_scene(name)), gains)
-    job("screening, three spans on strings", partial(modal.screen, section(3)), gains)
-    job("diagram, example3", partial(modal.branches, example, "wind.speed", 4.5, 6.5), gains)
+    random_wind = partial(atlas, cubic_span(), {"wind.speed": WIND})
+    return {
+        "atlas, random wind, one draw": (random_wind, DRAWS),
+        "atlas, random wind and angle, one draw": (partial(atlas, example, angle), DRAWS),
+        "screening, example2": (partial(modal.screen, gf.load_scene("example2")), 1),
+        "screening, example3": (partial(modal.screen, example), 1),
+        "screening, three spans on strings": (partial(modal.screen, three_spans()), 1),
+        "diagram, example3": (partial(modal.branches, example, "wind.speed", 4.5, 6.5), 1),
+    }
+
+
+def three_spans() -> gf.LineScene:
+    """Three spans of example 2 on strings of 2.1 m."""
+    like = gf.load_scene("example2").model_dump(mode="json", exclude_none=True)
+    string = {"kind": "string", "length": 2.1, "weight": 490.0}
+    rayleigh = ("low_ratio", "low_frequency", "high_ratio", "high_frequency")
+    ratios = (1.27e-3, 0.275, 6.4e-4, 0.55), (3.8e-2, 5.29, 1.9e-2, 10.58)
+    return gf.LineScene.from_dict(
+        {name: like[name] for name in ("conductor", "ice", "wind", "aerodynamics")}
+        | {
+            "title": "three spans",
+            "section": {
+                "horizontal_tension": 21730.0,
+                "strung_with_ice": True,
+                "spans": [{"length": 125.88}] * 3,
+                "suspensions": [string] * 2,
+            },
+            "damping": {
+                name: dict(zip(rayleigh, values, strict=True))
+                for name, values in zip(("translation", "twist"), ratios, strict=True)
+            },
+            "numerics": {"elements": 10, "time_step": 0.01},
+        }
+    )
+
+
+def compare(python: str) -> None:
+    """Print the CPU time of each job here and with another interpreter, in alternation."""
+    found: dict[str, list[dict[str, float]]] = {sys.executable: [], python: []}
+    for _ in range(COMPARISONS):
+        for interpreter, times in found.items():
+            given = [interpreter, __file__, TIMES]
+            done = subprocess.run(given, check=True, capture_output=True, text=True)
+            times.append(json.loads(done.stdout))
+    print("\n| Job | CPU time [ms] | of the other release | Ratio |\n| --- | ---: | ---: | ---: |")
+    for name in found[python][0]:
+        own, other = (1e3 * min(one[name] for one in times) for times in found.values())
+        print(f"| {name} | {own:.3g} | {other:.3g} | {other / own:.2f} |")
+
+
+def times_of_jobs() -> dict[str, float]:
+    """CPU time [s] of each job, of an atlas that of a draw; the least of two after a first one."""
+    found = {}
+    for name, (work, count) in jobs().items():
+        work()
+        found[name] = min(timed(work, 1) for _ in range(2)) / count
+    return found
 
 
 def parts_at_once() -> dict[str, float]:
@@ -119,11 +182,14 @@ def parts_at_once() -> dict[str, float]:
         " each [us] | Gain: median (quartiles) |\n| --- | ---: | ---: | ---: | --- |"
     )
     scene = gf.load_scene("example3")
-    pair = two_mode_estimate.pair_of(scene)
+    pairs = {
+        portable: two_mode_estimate.pair_of(scene.with_values({"numerics.portable": portable}))
+        for portable in (False, True)
+    }
     amplitudes, winds = np.linspace(0.05, 0.6, 16), np.full(16, 5.5)
 
-    def cycles(times: int) -> Callable[[], Any]:
-        many = np.tile(amplitudes, times), np.tile(winds, times)
+    def cycles(times: int, portable: bool = False) -> Callable[[], Any]:
+        pair, many = pairs[portable], (np.tile(amplitudes, times), np.tile(winds, times))
         return lambda: two_mode_estimate._cycle(pair.model, pair.coupling, *many)
 
     model = span_diagram.span_model(scene)
@@ -144,10 +210,12 @@ def parts_at_once() -> dict[str, float]:
             elimination.eliminate_second_order, *given, np.tile(columns, (times, 1, 1, 1))
         )
 
-    sections = pair.model._projection.section.shape[2]
+    sections = pairs[False].model._projection.section.shape[2]
     of_orbit = len(phase) * model._projection.section.shape[2]
+    of_cycles = 16 * two_mode_estimate.CYCLE_INSTANTS * sections
     rows = {
-        "cycles of the estimate": (16 * two_mode_estimate.CYCLE_INSTANTS * sections, cycles),
+        "cycles of the estimate": (of_cycles, cycles),
+        "the same, portable arithmetic": (of_cycles, partial(cycles, portable=True)),
         "reduced forces": (of_orbit, rates),
         "linear equations": (15 * (2 * n) ** 2, solutions),
     }
@@ -242,4 +310,7 @@ def job(name: str, work: Callable[[], Any], gains: dict[str, float], count: int 
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:] == [TIMES]:
+        print(json.dumps(times_of_jobs()))
+    else:
+        main()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ class ShapeLoad:
         shape: Array,
         weighted: Array,
         table: Array,
-        element: NDArray[np.intp],
+        element: NDArray[np.integer[Any]],
     ) -> None:
         _, self._modes, self._sections = shape.shape
         self._model = model
@@ -55,6 +56,19 @@ class ShapeLoad:
             raise ValueError(f"table has the shape {self._table.shape}")
         if self._weight.shape != self._shape.shape or self._element.shape != (self._sections,):
             raise ValueError("weighted or element has another number of sections than shape")
+        self._given = (
+            self._model.handle,
+            self._sections,
+            self._element.ctypes.data_as(c.POINTER(c.c_int32)),
+            _address(self._table),
+            self._modes,
+            _address(self._shape),
+            _address(self._weight),
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        weighted = self._weight.swapaxes(1, 2)
+        return ShapeLoad, (self._model, self._shape, weighted, self._table, self._element)
 
     def __call__(self, q: Array, v: Array, a: Array, wind: float | Array) -> Array:
         """Force on each coordinate.
@@ -80,18 +94,7 @@ class ShapeLoad:
         motion[:n], motion[n : 2 * n], motion[2 * n : -1] = q.T, v.T, a.T
         motion[-1] = np.ravel(wind)
         force = np.empty((n, count))
-        refused = kernel.gallop_shape_load(
-            self._model.handle,
-            self._sections,
-            self._element.ctypes.data_as(c.POINTER(c.c_int32)),
-            _address(self._table),
-            n,
-            _address(self._shape),
-            _address(self._weight),
-            count,
-            _address(motion),
-            _address(force),
-        )
+        refused = kernel.gallop_shape_load(*self._given, count, _address(motion), _address(force))
         if refused:
             numbers("motion", motion, motion.shape)
             raise RuntimeError(f"the kernel refused a call with outcome {refused}")

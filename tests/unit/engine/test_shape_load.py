@@ -1,5 +1,6 @@
 """The load of ice and wind that the kernel collects by shapes, against its formula."""
 
+import copy
 import ctypes as c
 
 import numpy as np
@@ -77,6 +78,14 @@ def test_without_wind_only_the_ice_has_a_load(mesh, drawn):
     motion = q, v, a, wind
     found, expected = (of(mesh, shape, weight, table, motion) for of in (collected, by_formula))
     assert found == pytest.approx(expected, abs=1e-9 * np.max(np.abs(expected)))
+
+
+def test_a_copy_has_its_own_arrays(mesh, drawn):
+    shape, weight, table, motion = drawn
+    load = ShapeLoad(mesh.model, shape, weight, table, np.zeros(shape.shape[2], dtype=np.intp))
+    expected, other = load(*motion), copy.deepcopy(load)
+    load._table[:] = 0.0
+    assert np.array_equal(other(*motion), expected)
 
 
 def test_numbers_that_are_not_finite_are_refused(mesh, drawn):
