@@ -116,21 +116,19 @@ void device_force(const gallop_model *model, const device *d, const conditions *
     d->kind->add_force(d, of, force);
 }
 
-void device_add_force(const gallop_model *model, const device *d,
-                      double force[GALLOP_DEVICE_JUNCTIONS][4], double *residual)
-{
-    for (int k = 0; k < d->junctions; k++) {
-        double *node = residual + 4 * model->junction[d->junction[k]].node;
-        for (int n = 0; n < 4; n++) node[n] += force[k][n];
-    }
-}
-
-void device_add_forces(const gallop_model *model, const conditions *now, motion y, double *residual)
+void device_add_forces(const gallop_model *model, int half, const conditions *now, motion y,
+                       double *residual)
 {
     for (int i = 0; i < model->device_count; i++) {
+        const device *d = &model->device[i];
         double force[GALLOP_DEVICE_JUNCTIONS][4];
-        device_force(model, &model->device[i], now, y, force);
-        device_add_force(model, &model->device[i], force, residual);
+        if (!(d->halves & 1 << half)) continue;
+        device_force(model, d, now, y, force);
+        for (int k = 0; k < d->junctions; k++) {
+            const int node = model->junction[d->junction[k]].node;
+            if (model_half_of_node(model, node) != half) continue;
+            for (int n = 0; n < 4; n++) residual[4 * node + n] += force[k][n];
+        }
     }
 }
 

@@ -78,13 +78,9 @@ void device_prepare_all(gallop_model *model);
 /* Whether a device needs the unknowns u3 and theta. */
 bool device_leaves_plane(const gallop_model *model);
 
-/* Adds the forces of all devices to the residual. */
-void device_add_forces(const gallop_model *model, const conditions *now, motion y,
+/* Adds the forces of all devices to the residual of a half. */
+void device_add_forces(const gallop_model *model, int half, const conditions *now, motion y,
                        double *residual);
-
-/* Adds the forces of one device to the residual. */
-void device_add_force(const gallop_model *model, const device *d,
-                      double force[GALLOP_DEVICE_JUNCTIONS][4], double *residual);
 
 /* The forces of one device [N, N m]. */
 void device_force(const gallop_model *model, const device *d, const conditions *now, motion y,

@@ -53,19 +53,26 @@ void element_ice_inertia(const exposure *now, const sections *at, int count);
  * the moment of the weight, which the initial equilibrium balances. */
 void element_add_lost_forces(const interval *c, int e, const exposure *now, double factor,
                              double force[12]);
-/* Forces of a half, without loads; then the loads of all; both of all halves. */
-void element_sum_half(const gallop_model *model, const line_half *half, const conditions *now,
-                      const sections *at, motion y, bool slopes, double *residual, monitor *seen);
-void element_subtract_loads(const gallop_model *model, double t, const conditions *now,
-                            double *residual);
+/* What forces follow from: with slopes the sections are left for the tangent at this motion. */
+typedef struct {
+    const conditions *now;
+    const sections *at;
+    motion y;
+    bool slopes;
+} element_state;
+
+/* Forces of a half; of all. */
+void element_sum_half(const gallop_model *model, int half, double t, const element_state *at,
+                      double *residual, monitor *seen);
 void element_sum_residual(const gallop_model *model, double t, const conditions *now,
                           const sections *at, motion y, bool slopes, double *residual,
                           monitor *seen);
 void element_monitor_start(monitor *seen);
 /* What was noticed on chains behind those before. */
 void element_monitor_add(monitor *seen, const monitor *later);
-void element_monitor_tensions(const gallop_model *model, const conditions *now, const double *u,
-                              monitor *seen);
+/* Tensions of a half. */
+void element_monitor_tensions(const gallop_model *model, int half, const conditions *now,
+                              const double *u, monitor *seen);
 
 /* element_tangent.c */
 void element_tangent(const interval *c, int e, const exposure *now, const sections *at,

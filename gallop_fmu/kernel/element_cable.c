@@ -40,10 +40,11 @@ void element_tension(const interval *c, int e, bool tension_only, const double u
 }
 
 /* Tensions at u, where forces were balanced elsewhere. */
-void element_monitor_tensions(const gallop_model *model, const conditions *now, const double *u,
-                              monitor *seen)
+void element_monitor_tensions(const gallop_model *model, int half, const conditions *now,
+                              const double *u, monitor *seen)
 {
-    for (int i = 0; i < model->interval_count; i++) {
+    const int *range = model->half[half].interval;
+    for (int i = range[0]; i < range[1]; i++) {
         const interval *c = &model->interval[i];
         const exposure on = conditions_on(model, now, c);
         for (int e = 0; e < c->elements; e++) {
@@ -406,8 +407,8 @@ TWO_PATHS static void start_residual(const double *restrict constant, int values
     for (int i = 0; i < values; i++) residual[i] = -constant[i];
 }
 
-void element_subtract_loads(const gallop_model *model, double t, const conditions *now,
-                            double *residual)
+static void subtract_loads(const gallop_model *model, const line_half *half, double t,
+                           const conditions *now, double *residual)
 {
     double amplitude = 0.0;
     for (int l = 0; l < model->load_count; l++) {
@@ -415,7 +416,8 @@ void element_subtract_loads(const gallop_model *model, double t, const condition
         const gallop_load *load = &model->scene.load[place->load];
         if (l == 0 || place->load != place[-1].load) /* evenly spaced loads share a law */
             amplitude = now->load_factor * law_value(&model->law[load->law], t);
-        if (amplitude == 0.0) continue;
+        if (amplitude == 0.0 || place->chain < half->chain[0] || place->chain >= half->chain[1])
+            continue;
         const int node = model->chain[place->chain].first_node + 2 * place->element;
         for (int n = 0; n < 3; n++) {
             double *r = residual + 4 * (node + n), w = amplitude * place->shape[n];
@@ -425,23 +427,22 @@ void element_subtract_loads(const gallop_model *model, double t, const condition
     }
 }
 
-/* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads -
- * constant forces. */
-void element_sum_half(const gallop_model *model, const line_half *half, const conditions *now,
-                      const sections *at, motion y, bool slopes, double *residual, monitor *seen)
+/* Internal forces, inertia, damping and aerodynamic forces of a half, less constant forces. */
+static void sum_half(const gallop_model *model, const line_half *half, const element_state *at,
+                     double *residual, monitor *seen)
 {
     const int first_value = 4 * half->node[0], values = 4 * half->node[1] - first_value;
     start_residual(model->constant_force + first_value, values, residual + first_value);
     for (int i = half->interval[0]; i < half->interval[1]; i++) {
         const interval *c = &model->interval[i];
-        const exposure on = conditions_on(model, now, c);
+        const exposure on = conditions_on(model, at->now, c);
         const int first = 4 * c->first_node;
         const evaluation of = {
             .interval = c,
             .now = &on,
-            .at = at,
-            .y = {y.u + first, y.v + first, y.a + first},
-            .slopes = slopes,
+            .at = at->at,
+            .y = {at->y.u + first, at->y.v + first, at->y.a + first},
+            .slopes = at->slopes,
             .slot = half->first_strip,
             .residual = residual + first,
             .seen = seen,
@@ -456,13 +457,22 @@ void element_sum_half(const gallop_model *model, const line_half *half, const co
     }
 }
 
+/* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads -
+ * constant forces. */
+void element_sum_half(const gallop_model *model, int half, double t, const element_state *at,
+                      double *residual, monitor *seen)
+{
+    const line_half *own = &model->half[half];
+    sum_half(model, own, at, residual, seen);
+    subtract_loads(model, own, t, at->now, residual);
+}
+
 void element_sum_residual(const gallop_model *model, double t, const conditions *now,
                           const sections *at, motion y, bool slopes, double *residual,
                           monitor *seen)
 {
-    for (int h = 0; h < model->halves; h++)
-        element_sum_half(model, &model->half[h], now, at, y, slopes, residual, seen);
-    element_subtract_loads(model, t, now, residual);
+    const element_state all = {now, at, y, slopes};
+    for (int h = 0; h < model->halves; h++) element_sum_half(model, h, t, &all, residual, seen);
 }
 
 /* Forces of one element alone. */

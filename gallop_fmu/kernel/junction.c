@@ -38,9 +38,10 @@ void junction_prescribe(const gallop_model *model, const conditions *now, double
     for (int h = 0; h < model->halves; h++) junction_prescribe_half(model, now, h, u, v, a);
 }
 
-void junction_gather(const gallop_model *model, double *force, int width)
+void junction_gather(const gallop_model *model, int half, double *force, int width)
 {
     for (int t = 0; t < model->tie_count; t++) {
+        if (model->tie[t].half != half) continue;
         double *from = force + width * model->tie[t].follower;
         double *to = force + width * model->tie[t].leader;
         for (int i = 0; i < width; i++) {
@@ -50,9 +51,17 @@ void junction_gather(const gallop_model *model, double *force, int width)
     }
 }
 
-void junction_spread(const gallop_model *model, double *values, int width)
+void junction_gather_all(const gallop_model *model, double *force, int width)
 {
-    for (int t = 0; t < model->tie_count; t++)
-        memcpy(values + width * model->tie[t].follower, values + width * model->tie[t].leader,
-               (size_t)width * sizeof(double));
+    for (int half = 0; half <= BETWEEN; half++) junction_gather(model, half, force, width);
+}
+
+void junction_spread(const gallop_model *model, int half, double *values, int width)
+{
+    for (int t = 0; t < model->tie_count; t++) {
+        const tie *own = &model->tie[t];
+        if (model_half_of_node(model, own->follower) == half)
+            memcpy(values + width * own->follower, values + width * own->leader,
+                   (size_t)width * sizeof(double));
+    }
 }

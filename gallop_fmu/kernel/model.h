@@ -120,6 +120,7 @@ typedef struct {
 /* Node `follower` is the same point as node `leader`. */
 typedef struct {
     int follower, leader;
+    int half; /* in which both lie; BETWEEN: one in each */
 } tie;
 
 #define DEVICE_CONSTANTS 40
@@ -130,16 +131,21 @@ typedef struct {
     const struct device_kind *kind;
     int junctions, junction[GALLOP_DEVICE_JUNCTIONS];
     double gravity;
+    int halves;                        /* of the line in which it has junctions: 1, 2 or 3 */
     double reach;                      /* length of a bar that may swing [m]; 0: none */
     double constant[DEVICE_CONSTANTS]; /* of the kind, prepared from the scene */
 } device;
 
 /* Half of a line, which one of two threads can compute: chains that follow each other, with their
- * intervals and nodes, and devices.  From the first one to that behind the last one. */
+ * intervals and nodes; those of bodies are in the last one.  From the first one to that behind the
+ * last one. */
 typedef struct {
-    int chain[2], interval[2], node[2], device[2];
+    int chain[2], interval[2], node[2];
     int first_strip;
 } line_half;
+
+/* In place of a half: what lies in both. */
+#define BETWEEN 2
 
 /* A loaded point: which load, and where. */
 typedef struct {
@@ -200,6 +206,11 @@ static inline const interval *model_interval_of_element(const gallop_model *mode
     const interval *of = model->interval;
     while (element >= of->first_element + of->elements) of++;
     return of;
+}
+
+static inline int model_half_of_node(const gallop_model *model, int node)
+{
+    return node < model->half[0].node[1] ? 0 : 1;
 }
 
 static inline bool model_by_gauss(const gallop_model *model)

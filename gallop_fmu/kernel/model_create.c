@@ -358,7 +358,7 @@ static void create_junctions(gallop_model *m)
             if (j->node < 0)
                 j->node = node;
             else
-                m->tie[m->tie_count++] = (tie){node, j->node};
+                m->tie[m->tie_count++] = (tie){node, j->node, 0};
         }
     create_bodies(m);
 }

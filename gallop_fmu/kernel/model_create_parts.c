@@ -99,18 +99,27 @@ static void create_halves(gallop_model *m)
     int cut = 0, elements = 0;
     while (2 * elements + m->chain[cut].elements < m->elements)
         elements += m->chain[cut++].elements;
-    m->half[0] = (line_half){
-        {0, m->chain_count}, {0, m->interval_count}, {0, m->nodes}, {0, m->device_count}, 0};
+    m->half[0] = (line_half){{0, m->chain_count}, {0, m->interval_count}, {0, m->nodes}, 0};
     m->half[1] = m->half[0];
     m->halves = cut > 0 && m->elements >= MIN_SHARED_ELEMENTS ? 2 : 1;
     m->derived.threads = m->halves;
-    if (m->halves == 1) return;
-    const chain *c = &m->chain[cut];
-    m->half[0].chain[1] = m->half[1].chain[0] = cut;
-    m->half[0].interval[1] = m->half[1].interval[0] = c->first_interval;
-    m->half[0].node[1] = m->half[1].node[0] = c->first_node;
-    m->half[0].device[1] = m->half[1].device[0] = m->device_count / 2;
-    m->half[1].first_strip = c->first_strip;
+    if (m->halves == 2) {
+        const chain *c = &m->chain[cut];
+        m->half[0].chain[1] = m->half[1].chain[0] = cut;
+        m->half[0].interval[1] = m->half[1].interval[0] = c->first_interval;
+        m->half[0].node[1] = m->half[1].node[0] = c->first_node;
+        m->half[1].first_strip = c->first_strip;
+    }
+    for (int i = 0; i < m->tie_count; i++) {
+        tie *t = &m->tie[i];
+        const int leading = model_half_of_node(m, t->leader);
+        t->half = leading == model_half_of_node(m, t->follower) ? leading : BETWEEN;
+    }
+    for (int i = 0; i < m->device_count; i++) {
+        device *d = &m->device[i];
+        for (int k = 0; k < d->junctions; k++)
+            d->halves |= 1 << model_half_of_node(m, m->junction[d->junction[k]].node);
+    }
 }
 
 void model_create_parts(gallop_model *m)

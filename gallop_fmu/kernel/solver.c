@@ -10,7 +10,7 @@
 #include "device.h"
 #include "junction.h"
 
-enum { REAL = 1, COMPLEX = 2 };
+enum { REAL = SOLVER_REAL, COMPLEX = SOLVER_COMPLEX };
 
 static int larger(int a, int b)
 {
@@ -121,16 +121,16 @@ static void add_devices(const system_tangent *t, const chain *c, chain_ends *end
     }
 }
 
-/* Work on the chains of a half. */
+/* Equations at work, half by half. */
 typedef struct {
-    const system_tangent *tangent; /* of a factorisation, */
-    bool good[2];                  /* and its result */
     const gallop_model *model;
     const state_view *view;
     solver_junctions junctions;
-    int parts;
-    double *rhs;
-} chain_work;
+    const solver_equations *equations;
+    int count;
+    const solver_frame *frame;
+    bool good[2]; /* the tangents of the half could be factored */
+} solution;
 
 static bool factor_one_alone(const system_tangent *t, int index, solver_junctions junctions)
 {
@@ -147,28 +147,26 @@ static bool factor_one_alone(const system_tangent *t, int index, solver_junction
                             : solver_complex_factor(&alone, t->weights, store);
 }
 
-static void factor_alone(void *task, int half)
+static bool factor_half_alone(const system_tangent *t, int half, solver_junctions junctions)
 {
-    chain_work *w = task;
-    const int *range = w->model->half[half].chain;
-    w->good[half] = true;
-    for (int i = range[0]; i < range[1] && w->good[half]; i++)
-        w->good[half] = factor_one_alone(w->tangent, i, w->junctions);
+    const int *range = t->model->half[half].chain;
+    for (int i = range[0]; i < range[1]; i++)
+        if (!factor_one_alone(t, i, junctions)) return false;
+    return true;
 }
 
-static void solve_alone(void *task, int half)
+static void solve_half_alone(const solution *s, const solver_equations *e, int half)
 {
-    const chain_work *w = task;
-    const int *range = w->model->half[half].chain;
+    const int *range = s->model->half[half].chain;
     for (int i = range[0]; i < range[1]; i++) {
-        const chain *c = &w->model->chain[i];
-        const double *store = store_of(w->model, w->view, i, w->parts);
-        double *of_chain = w->rhs + 4 * w->parts * c->first_node;
+        const chain *c = &s->model->chain[i];
+        const double *store = store_of(s->model, s->view, i, e->parts);
+        double *of_chain = e->rhs + 4 * e->parts * c->first_node;
         chain_ends ends;
-        solver_chain alone = solver_chain_of(w->model, c);
+        solver_chain alone = solver_chain_of(s->model, c);
         alone.ends = &ends;
-        find_fixed(w->model, c, w->junctions, &ends);
-        if (w->parts == REAL)
+        find_fixed(s->model, c, s->junctions, &ends);
+        if (e->parts == REAL)
             solver_real_solve(&alone, store, of_chain);
         else
             solver_complex_solve(&alone, store, of_chain);
@@ -222,21 +220,20 @@ static void add_segment(const system_tangent *t, const solver_junction_system *s
         }
 }
 
-static void reduce_chains(void *task, int half)
+static bool reduce_half(const system_tangent *t, int half)
 {
-    chain_work *w = task;
-    const system_tangent *t = w->tangent;
-    const int *range = w->model->half[half].chain;
-    w->good[half] = true;
-    for (int i = range[0]; i < range[1] && w->good[half]; i++) {
+    const int *range = t->model->half[half].chain;
+    for (int i = range[0]; i < range[1]; i++) {
         const chain *c = &t->model->chain[i];
         const chain_motion here = {t, c};
         solver_chain reduced = reduced_chain_of(t->model, c);
         double *store = store_of(t->model, t->view, i, t->parts);
         reduced.source = &here;
-        w->good[half] = t->parts == REAL ? solver_real_reduce(&reduced, t->weights, store)
-                                         : solver_complex_reduce(&reduced, t->weights, store);
+        const bool good = t->parts == REAL ? solver_real_reduce(&reduced, t->weights, store)
+                                           : solver_complex_reduce(&reduced, t->weights, store);
+        if (!good) return false;
     }
+    return true;
 }
 
 static void add_chains(const system_tangent *t, const solver_junction_system *s)
@@ -306,29 +303,29 @@ static void solve_junctions(const gallop_model *model, const state_view *view, i
         memcpy(rhs + width * model->junction[j].node, x + width * j, width * sizeof *x);
 }
 
-static void take_to_ends(void *task, int half)
+static void take_to_ends(const solution *s, const solver_equations *e, int half)
 {
-    const chain_work *w = task;
-    const int *range = w->model->half[half].chain;
+    const int *range = s->model->half[half].chain;
     for (int i = range[0]; i < range[1]; i++) {
-        const chain *c = &w->model->chain[i];
-        const solver_chain kept = reduced_chain_of(w->model, c);
-        const double *store = store_of(w->model, w->view, i, w->parts);
-        double *of_chain = w->rhs + 4 * w->parts * c->first_node;
-        (w->parts == REAL ? solver_real_to_ends : solver_complex_to_ends)(&kept, store, of_chain);
+        const chain *c = &s->model->chain[i];
+        const solver_chain kept = reduced_chain_of(s->model, c);
+        const double *store = store_of(s->model, s->view, i, e->parts);
+        double *of_chain = e->rhs + 4 * e->parts * c->first_node;
+        (e->parts == REAL ? solver_real_to_ends : solver_complex_to_ends)(&kept, store, of_chain);
     }
+    junction_gather(s->model, half, e->rhs, 4 * e->parts);
 }
 
-static void take_from_ends(void *task, int half)
+static void take_from_ends(const solution *s, const solver_equations *e, int half)
 {
-    const chain_work *w = task;
-    const int *range = w->model->half[half].chain;
+    const int *range = s->model->half[half].chain;
+    junction_spread(s->model, half, e->rhs, 4 * e->parts);
     for (int i = range[0]; i < range[1]; i++) {
-        const chain *c = &w->model->chain[i];
-        const solver_chain kept = reduced_chain_of(w->model, c);
-        const double *store = store_of(w->model, w->view, i, w->parts);
-        double *of_chain = w->rhs + 4 * w->parts * c->first_node;
-        (w->parts == REAL ? solver_real_from_ends : solver_complex_from_ends)(&kept, store,
+        const chain *c = &s->model->chain[i];
+        const solver_chain kept = reduced_chain_of(s->model, c);
+        const double *store = store_of(s->model, s->view, i, e->parts);
+        double *of_chain = e->rhs + 4 * e->parts * c->first_node;
+        (e->parts == REAL ? solver_real_from_ends : solver_complex_from_ends)(&kept, store,
                                                                               of_chain);
     }
 }
@@ -340,52 +337,73 @@ static bool is_coupled(const gallop_model *model, solver_junctions junctions)
     return model->coupled && junctions == SOLVER_JUNCTIONS_AS_IN_SCENE;
 }
 
-static bool factor_all(const system_tangent *t, solver_junctions junctions)
+static system_tangent tangent_of(const solution *s, const solver_equations *e)
 {
-    const gallop_model *model = t->model;
-    const bool coupled = is_coupled(model, junctions);
-    chain_work work = {.tangent = t, .good = {true, true}, .model = model, .junctions = junctions};
-    team_share(t->view->team, model->halves, coupled ? reduce_chains : factor_alone, &work);
-    return work.good[0] && work.good[1] && (!coupled || factor_junctions(t));
+    return (system_tangent){s->model, e->now, s->view, e->y, e->weights, e->parts};
 }
 
-static void solve_all(const gallop_model *model, const state_view *view, solver_junctions junctions,
-                      int parts, double *rhs)
+/* Right-hand side of a half, factors of its chains, and what they leave to the junctions; of chains
+ * by themselves the solution. */
+static void begin_half(void *task, int half)
 {
-    chain_work work = {
-        .model = model, .view = view, .junctions = junctions, .parts = parts, .rhs = rhs};
-    if (!is_coupled(model, junctions)) {
-        team_share(view->team, model->halves, solve_alone, &work);
-        return;
+    solution *s = task;
+    const bool coupled = is_coupled(s->model, s->junctions);
+    if (s->frame) s->frame->before(s->frame->task, half);
+    s->good[half] = true;
+    for (int i = 0; i < s->count && s->good[half]; i++) {
+        const system_tangent t = tangent_of(s, &s->equations[i]);
+        if (t.weights)
+            s->good[half] =
+                coupled ? reduce_half(&t, half) : factor_half_alone(&t, half, s->junctions);
     }
-    team_share(view->team, model->halves, take_to_ends, &work);
-    junction_gather(model, rhs, 4 * parts);
-    solve_junctions(model, view, parts, rhs);
-    junction_spread(model, rhs, 4 * parts);
-    team_share(view->team, model->halves, take_from_ends, &work);
+    if (!s->good[half]) return;
+    for (int i = 0; i < s->count; i++) {
+        if (!s->equations[i].rhs) continue;
+        if (coupled)
+            take_to_ends(s, &s->equations[i], half);
+        else
+            solve_half_alone(s, &s->equations[i], half);
+    }
+    if (!coupled && s->frame) s->frame->after(s->frame->task, half);
+}
+
+static void end_half(void *task, int half)
+{
+    const solution *s = task;
+    for (int i = 0; i < s->count; i++)
+        if (s->equations[i].rhs) take_from_ends(s, &s->equations[i], half);
+    if (s->frame) s->frame->after(s->frame->task, half);
+}
+
+bool solver_run(const gallop_model *model, const state_view *view, solver_junctions junctions,
+                const solver_equations *equations, int count, const solver_frame *frame)
+{
+    solution s = {model, view, junctions, equations, count, frame, {true, true}};
+    team_share(view->team, model->halves, begin_half, &s);
+    if (!s.good[0] || !s.good[1]) return false;
+    if (!is_coupled(model, junctions)) return true;
+    for (int i = 0; i < count; i++) {
+        const solver_equations *e = &equations[i];
+        const system_tangent t = tangent_of(&s, e);
+        if (t.weights && !factor_junctions(&t)) return false;
+        if (!e->rhs) continue;
+        junction_gather(model, BETWEEN, e->rhs, 4 * e->parts);
+        solve_junctions(model, view, e->parts, e->rhs);
+    }
+    team_share(view->team, model->halves, end_half, &s);
+    return true;
 }
 
 bool solver_factor(const gallop_model *model, const conditions *now, const state_view *view,
                    motion y, tangent_weights weights, solver_junctions junctions)
 {
-    const system_tangent t = {model, now, view, y, &weights, REAL};
-    return factor_all(&t, junctions);
+    const solver_equations e = {REAL, now, y, &weights, NULL};
+    return solver_run(model, view, junctions, &e, 1, NULL);
 }
 
 void solver_solve(const gallop_model *model, const state_view *view, solver_junctions junctions,
                   double *rhs)
 {
-    solve_all(model, view, junctions, REAL, rhs);
-}
-
-bool solver_factor_complex(const gallop_model *model, const conditions *now, const state_view *view,
-                           motion y, const tangent_weights weights[2])
-{
-    const system_tangent t = {model, now, view, y, weights, COMPLEX};
-    return factor_all(&t, SOLVER_JUNCTIONS_AS_IN_SCENE);
-}
-
-void solver_solve_complex(const gallop_model *model, const state_view *view, double *rhs)
-{
-    solve_all(model, view, SOLVER_JUNCTIONS_AS_IN_SCENE, COMPLEX, rhs);
+    const solver_equations e = {.parts = REAL, .rhs = rhs};
+    solver_run(model, view, junctions, &e, 1, NULL);
 }

@@ -10,21 +10,37 @@ void solver_measure(gallop_model *model);
 /* Which junctions can move: as the scene says, or none (statics of the single spans). */
 typedef enum { SOLVER_JUNCTIONS_AS_IN_SCENE, SOLVER_JUNCTIONS_FIXED } solver_junctions;
 
-/* Factors the tangent weights.k dR/du + weights.c dR/dv + weights.m dR/da into the state; the
- * sections of the view hold the section forces, with slopes, of the motion y.  False: the tangent
- * is not positive definite. */
+/* Parts of a number. */
+enum { SOLVER_REAL = 1, SOLVER_COMPLEX = 2 };
+
+/* Equations of all chains and devices, real or complex. */
+typedef struct {
+    int parts;
+    /* a tangent weights.k dR/du + weights.c dR/dv + weights.m dR/da that is factored first, into
+     * the state; the sections of the view hold the section forces, with slopes, of the motion y: */
+    const conditions *now;
+    motion y;
+    const tangent_weights *weights; /* (parts), NULL: the factors of the state are used */
+    double *rhs; /* (nodes, 4 parts) becomes the solution; entries of fixed unknowns become zero;
+                    NULL: factors only */
+} solver_equations;
+
+/* What a caller does with each half of a line: `before` computes its right-hand sides, and section
+ * forces; `after` takes the solution, after a failure perhaps of one half only. */
+typedef struct {
+    team_work *before, *after;
+    void *task;
+} solver_frame;
+
+/* Factors and solves; `frame` may be NULL.  False: a tangent is not positive definite. */
+bool solver_run(const gallop_model *model, const state_view *view, solver_junctions junctions,
+                const solver_equations *equations, int count, const solver_frame *frame);
+
+/* One real tangent; one right-hand side (nodes, 4). */
 bool solver_factor(const gallop_model *model, const conditions *now, const state_view *view,
                    motion y, tangent_weights weights, solver_junctions junctions);
-
-/* rhs (nodes, 4) becomes the solution; entries of prescribed unknowns become zero. */
 void solver_solve(const gallop_model *model, const state_view *view, solver_junctions junctions,
                   double *rhs);
-
-/* The same with complex weights, real part and imaginary part; rhs (nodes, 8): four real parts
- * before four imaginary ones. */
-bool solver_factor_complex(const gallop_model *model, const conditions *now, const state_view *view,
-                           motion y, const tangent_weights weights[2]);
-void solver_solve_complex(const gallop_model *model, const state_view *view, double *rhs);
 
 /* ---- One chain (solver_real.c, solver_complex.c).  Its nodes have four values in a right-hand
  * side, or four real parts before four imaginary ones; complex weights and tangents have two parts

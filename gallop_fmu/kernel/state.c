@@ -6,7 +6,7 @@ typedef struct {
     size_t pointer, count;
 } array;
 
-enum { SAVED_ARRAYS = 12, ARRAYS = SAVED_ARRAYS + 15 + 24 + 1 };
+enum { SAVED_ARRAYS = 12, ARRAYS = SAVED_ARRAYS + 14 + 24 + 1 };
 
 #define ARRAY(name, count) {offsetof(state_view, name), count}
 #define SECTION(name) {offsetof(state_view, sections.name), abscissae}
@@ -26,7 +26,6 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
     const size_t history = history_arrays(model);
     const size_t sets = model_by_alpha(model) ? 1 : stages;    /* instants within a step */
     const size_t unknowns = 8 * (size_t)model->junction_count; /* two parts each */
-    const size_t forces = 4 * GALLOP_DEVICE_JUNCTIONS * (size_t)model->device_count;
     const array saved[SAVED_ARRAYS] = {
         ARRAY(u, values),
         ARRAY(v, values),
@@ -53,7 +52,6 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
         ARRAY(stage_residual, stages * values),
         ARRAY(complex_residual, stages ? 2 * values : 0),
         ARRAY(junction_rhs, model->coupled ? unknowns : 0),
-        ARRAY(device_force, model->halves == 2 ? forces : 0),
         ARRAY(stage_block[0], block),
         ARRAY(stage_block[1], block),
         ARRAY(stage_block[2], block),

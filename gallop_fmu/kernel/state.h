@@ -66,7 +66,6 @@ typedef struct {
     double *stage_residual;              /* (stages, nodes, 4) */
     double *complex_residual;            /* (nodes, 8) */
     double *junction_rhs;                /* (parts, junctions, 4) if junctions are coupled */
-    double *device_force; /* (devices, GALLOP_DEVICE_JUNCTIONS, 4) of a line with two halves */
     double *stage_block[GAUSS_STAGES];
     sections sections;
     double *saved; /* the state at the start of gallop_advance */

@@ -221,7 +221,7 @@ static void move_ends(const gallop_model *m, double t, const conditions *now, co
     for (int n = 0; n < values; n++) at->u0[n] = at->u[n] + part * move[n];
     element_sum_residual(m, t, now, &at->sections, to, false, at->residual, &seen);
     for (int n = 0; n < values; n++) at->residual[n] = (at->residual[n] - before[n]) / part;
-    junction_gather(m, at->residual, 4);
+    junction_gather_all(m, at->residual, 4);
     if (solvable) solver_solve(m, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
     for (int n = 0; n < values; n++) at->u[n] += move[n] - (solvable ? at->residual[n] : 0.0);
     junction_prescribe(m, now, at->u, NULL, NULL); /* exactly */

@@ -217,7 +217,7 @@ static int check_tension(const gallop_model *m, const conditions *now, const sta
 {
     monitor seen;
     element_monitor_start(&seen);
-    element_monitor_tensions(m, now, at->u, &seen);
+    for (int h = 0; h < m->halves; h++) element_monitor_tensions(m, h, now, at->u, &seen);
     return seen.lowest_tension < 0.0 ? report_failure(report, GALLOP_SLACK, seen.slack_element, 0.0,
                                                       seen.lowest_tension, 0.0)
                                      : GALLOP_COMPLETED;

@@ -117,7 +117,9 @@ typedef struct {
     const gallop_state *state;
     state_view *at;
     double h;
-    double size[2]; /* of the correction in each half */
+    system_forces forces[STAGES];
+    double size[2];  /* of the correction in each half */
+    monitor seen[2]; /* at the end of the step */
 } gauss_step;
 
 /* The start of the step is kept.  The parabola of the sub-step before is continued; the ends follow
@@ -164,9 +166,13 @@ INLINE void separate(const state_view *at, range of)
 }
 PATHS(separate, (const state_view *at, range of), (at, of))
 
-static void separate_half(void *task, int half)
+/* The tangent is that of the middle stage, whose sections are evaluated last. */
+static const int order[STAGES] = {0, 2, 1};
+
+static void find_forces(void *task, int half)
 {
-    const gauss_step *s = task;
+    gauss_step *s = task;
+    for (int k = 0; k < STAGES; k++) system_find_forces(&s->forces[order[k]], half);
     ON_PATH(s->model->fused, separate)(s->at, range_of(s->model, half));
 }
 
@@ -228,31 +234,35 @@ static void correct_half(void *task, int half)
 /* The end of a step that was found. */
 static void end_half(void *task, int half)
 {
-    const gauss_step *s = task;
+    gauss_step *s = task;
     const state_view *at = s->at;
     const range own = range_of(s->model, half);
     ON_PATH(s->model->fused, integrate)(at, at->stage_a, own, s->h, 1.0, at->u, at->v);
     accelerate(at->stage_a, own, 1.0, at->a);
     junction_prescribe_half(s->model, &at->now, half, at->u, at->v, at->a);
+    element_monitor_start(&s->seen[half]);
+    element_monitor_tensions(s->model, half, &at->now, at->u, &s->seen[half]);
 }
 
-/* The tangent of all stages is that of the middle one, whose sections were evaluated last. */
-static bool factor_stages(const gallop_model *model, gallop_state *state, const state_view *at,
-                          double h)
+/* An iteration, with new tangents or not.  False: one is not positive definite. */
+static bool iterate(gauss_step *s, bool renew, monitor *seen)
 {
-    const motion middle = stage_motion(model, at, 1);
-    const double real = 1.0 / (h * eigenvalue[0]);
-    const number inverse = pair_inverse(h), square = times(inverse, inverse);
+    const state_view *at = s->at;
+    const motion middle = stage_motion(s->model, at, 1);
+    const double real = 1.0 / (s->h * eigenvalue[0]);
+    const number inverse = pair_inverse(s->h), square = times(inverse, inverse);
     const tangent_weights mix = {1.0, real, real * real},
                           pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
-    state->factored_step = 0.0;
-    if (!solver_factor(model, &at->stage[1], at, middle, mix, SOLVER_JUNCTIONS_AS_IN_SCENE) ||
-        !solver_factor_complex(model, &at->stage[1], at, middle, pair))
-        return false;
-    state->factored_step = h;
-    state->rate = 1.0;
-    state->refactorisations++;
-    return true;
+    const solver_equations equations[2] = {
+        {SOLVER_REAL, &at->stage[1], middle, renew ? &mix : NULL, at->residual},
+        {SOLVER_COMPLEX, &at->stage[1], middle, renew ? pair : NULL, at->complex_residual}};
+    const solver_frame frame = {find_forces, correct_half, s};
+    for (int i = 0; i < STAGES; i++) s->forces[i].of.slopes = renew;
+    element_monitor_start(seen);
+    const bool solved =
+        solver_run(s->model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, equations, 2, &frame);
+    for (int k = 0; k < STAGES; k++) system_notice(&s->forces[order[k]], seen);
+    return solved;
 }
 
 /* One step from u0 v0 at t - h to u v at t; its a is that of the parabola's end, of third order. */
@@ -260,38 +270,37 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
                const gallop_inputs *inputs, double t, double h, double tolerance,
                gallop_report *report)
 {
-    const int values = 4 * model->nodes;
     bool renew = state->factored_step != h, fresh = false;
-    double before = 0.0, time[STAGES];
+    double before = 0.0;
     monitor seen = {0};
+    gauss_step step;
+    step.model = model;
+    step.state = state;
+    step.at = at;
+    step.h = h;
     for (int i = 0; i < STAGES; i++) {
-        time[i] = t - h * (1.0 - node[i]);
-        conditions_at(model, time[i], inputs, &at->stage[i]);
+        system_forces *f = &step.forces[i];
+        f->model = model;
+        f->time = t - h * (1.0 - node[i]);
+        f->of = (element_state){&at->stage[i], &at->sections, stage_motion(model, at, i), false};
+        f->residual = at->stage_residual + 4 * (size_t)i * (size_t)model->nodes;
+        conditions_at(model, f->time, inputs, &at->stage[i]);
     }
     conditions_at(model, t, inputs, &at->now);
-    gauss_step step = {.model = model, .state = state, .at = at, .h = h};
     team_share(at->team, model->halves, predict_half, &step);
     for (int iteration = 1; iteration <= model->scene.settings.max_newton_iterations; iteration++) {
-        static const int order[STAGES] = {
-            0, 2, 1}; /* the tangent is that of the middle, where the sections end */
-        element_monitor_start(&seen);
-        for (int k = 0; k < STAGES; k++) {
-            const int i = order[k];
-            system_residual(model, time[i], &at->stage[i], at, stage_motion(model, at, i), renew,
-                            at->stage_residual + (size_t)i * values, &seen);
-        }
+        if (renew) state->factored_step = 0.0;
+        if (!iterate(&step, renew, &seen))
+            return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
+                                  tolerance);
         if (renew) {
-            if (!factor_stages(model, state, at, h))
-                return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
-                                      tolerance);
+            state->factored_step = h;
+            state->rate = 1.0;
+            state->refactorisations++;
             renew = false;
             fresh = true;
             before = 0.0;
         }
-        team_share(at->team, model->halves, separate_half, &step);
-        solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
-        solver_solve_complex(model, at, at->complex_residual);
-        team_share(at->team, model->halves, correct_half, &step);
         const double size = time_larger_size(step.size, model->halves);
         state->iterations++;
         state->last_iterations++;
@@ -299,7 +308,8 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
         switch (time_newton_next(state, size, before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:
             team_share(at->team, model->halves, end_half, &step);
-            element_monitor_tensions(model, &at->now, at->u, &seen);
+            for (int half = 0; half < model->halves; half++)
+                element_monitor_add(&seen, &step.seen[half]);
             return time_newton_accept(state, &seen, t, report);
         case NEWTON_DIVERGED:
             return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size,

@@ -10,6 +10,10 @@ void time_copy_half(const gallop_model *model, int half, const double *from, dou
 
 void time_keep_half(const gallop_model *model, const state_view *at, int half)
 {
+    if (model->halves == 1) { /* u v a lie side by side, as do u0 v0 a0 */
+        memcpy(at->u0, at->u, 12 * (size_t)model->nodes * sizeof(double));
+        return;
+    }
     time_copy_half(model, half, at->u, at->u0);
     time_copy_half(model, half, at->v, at->v0);
     time_copy_half(model, half, at->a, at->a0);

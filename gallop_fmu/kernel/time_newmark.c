@@ -46,15 +46,15 @@ typedef struct {
     const gallop_model *model;
     const gallop_state *state;
     state_view *at;
-    const conditions *now;
     weights w;
+    bool within; /* forces are balanced within the step */
     double h, per_v, per_a;
     const double *past[NEWMARK_HISTORY + 1]; /* accelerations: a0 and those before it */
     bool extrapolates;                       /* by one of the ways */
     double missed[2][WAYS][4]; /* of each half: squares of what each would have missed */
     double weight[NEWMARK_HISTORY][4];
+    system_forces forces;
     double size[2]; /* of the correction in each half */
-    double *kept;   /* of a step that was found: where its a0 is kept */
 } newmark_step;
 
 /* Squares of what each way would have missed a0 by, for each unknown. */
@@ -140,14 +140,26 @@ INLINE void predict(const newmark_step *s, int first, int end)
 }
 PATHS(predict, (const newmark_step *s, int first, int end), (s, first, end))
 
+/* The motion at which forces are balanced. */
+TWO_PATHS static void interpolate_alpha(const state_view *at, weights w, int first, int end)
+{
+    for (int i = first; i < end; i++) {
+        at->stage_u[i] = at->u[i] + w.alpha_f * (at->u0[i] - at->u[i]);
+        at->stage_v[i] = at->v[i] + w.alpha_f * (at->v0[i] - at->v[i]);
+        at->stage_a[i] = at->a[i] + w.alpha_m * (at->a0[i] - at->a[i]);
+    }
+}
+
 /* The ends follow their prescribed motion. */
 static void predict_half(void *task, int half)
 {
     const newmark_step *s = task;
     const line_half *own = &s->model->half[half];
     const state_view *at = s->at;
-    ON_PATH(s->model->fused, predict)(s, 4 * own->node[0], 4 * own->node[1]);
-    junction_prescribe_half(s->model, s->now, half, at->u, at->v, at->a);
+    const int first = 4 * own->node[0], end = 4 * own->node[1];
+    ON_PATH(s->model->fused, predict)(s, first, end);
+    junction_prescribe_half(s->model, &at->now, half, at->u, at->v, at->a);
+    if (s->within) interpolate_alpha(at, s->w, first, end);
 }
 
 /* Keeps the start of the step, and predicts its end. */
@@ -166,31 +178,28 @@ static void start(newmark_step *s)
     team_share(s->at->team, s->model->halves, predict_half, s);
 }
 
+/* A step that was found. */
+typedef struct {
+    const gallop_model *model;
+    const state_view *at;
+    double *kept; /* place of its a0 */
+} found_step;
+
 static void keep_acceleration(void *task, int half)
 {
-    const newmark_step *s = task;
-    time_copy_half(s->model, half, s->at->a0, s->kept);
+    const found_step *f = task;
+    time_copy_half(f->model, half, f->at->a0, f->kept);
 }
 
 /* The step just found is the one before from now on. */
 void time_newmark_commit(const gallop_model *model, gallop_state *state, state_view *at, double h)
 {
     state->newest = (state->newest + NEWMARK_HISTORY - 1) % NEWMARK_HISTORY;
-    newmark_step step = {.model = model, .at = at, .kept = before(model, state, at, 1)};
-    team_share(at->team, model->halves, keep_acceleration, &step);
+    found_step found = {model, at, before(model, state, at, 1)};
+    team_share(at->team, model->halves, keep_acceleration, &found);
     if (h != state->step_before) state->equal_steps = 0;
     if (state->equal_steps < NEWMARK_HISTORY) state->equal_steps++;
     state->step_before = h;
-}
-
-/* The motion at which forces are balanced. */
-TWO_PATHS static void interpolate_alpha(const state_view *at, weights w, int values)
-{
-    for (int i = 0; i < values; i++) {
-        at->stage_u[i] = at->u[i] + w.alpha_f * (at->u0[i] - at->u[i]);
-        at->stage_v[i] = at->v[i] + w.alpha_f * (at->v0[i] - at->v[i]);
-        at->stage_a[i] = at->a[i] + w.alpha_m * (at->a0[i] - at->a[i]);
-    }
 }
 
 /* Takes the solution from u, v and a; returns its size. */
@@ -211,11 +220,41 @@ INLINE double correct(const newmark_step *s, int first, int end)
 }
 VALUE_PATHS(double, correct, (const newmark_step *s, int first, int end), (s, first, end))
 
+static void find_forces(void *task, int half)
+{
+    newmark_step *s = task;
+    system_find_forces(&s->forces, half);
+}
+
 static void correct_half(void *task, int half)
 {
     newmark_step *s = task;
     const line_half *own = &s->model->half[half];
-    s->size[half] = ON_PATH(s->model->fused, correct)(s, 4 * own->node[0], 4 * own->node[1]);
+    const int first = 4 * own->node[0], end = 4 * own->node[1];
+    s->size[half] = ON_PATH(s->model->fused, correct)(s, first, end);
+    if (s->within) interpolate_alpha(s->at, s->w, first, end);
+}
+
+/* An iteration, with a new tangent if its weights are given.  False: it is not positive definite.
+ */
+static bool iterate(newmark_step *s, const tangent_weights *mix, monitor *seen)
+{
+    const system_forces *f = &s->forces;
+    const solver_equations equations = {SOLVER_REAL, f->of.now, f->of.y, mix, f->residual};
+    const solver_frame frame = {find_forces, correct_half, s};
+    s->forces.of.slopes = mix != NULL;
+    element_monitor_start(seen);
+    const bool solved =
+        solver_run(s->model, s->at, SOLVER_JUNCTIONS_AS_IN_SCENE, &equations, 1, &frame);
+    system_notice(f, seen);
+    return solved;
+}
+
+/* Tensions at the end of a step within which forces are balanced. */
+static void notice_end(const newmark_step *s, monitor *seen)
+{
+    for (int half = 0; half < s->model->halves; half++)
+        element_monitor_tensions(s->model, half, &s->at->now, s->at->u, seen);
 }
 
 /* One step from u0 v0 a0 at t - h to u v a at t. */
@@ -223,7 +262,6 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
                  const gallop_inputs *inputs, double t, double h, double tolerance,
                  gallop_report *report)
 {
-    const int values = 4 * model->nodes;
     const weights w = weights_of(model);
     const double per_v = w.gamma / (w.beta * h), per_a = 1.0 / (w.beta * h * h);
     const tangent_weights mix = {1.0 - w.alpha_f, (1.0 - w.alpha_f) * per_v,
@@ -236,26 +274,28 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
     bool renew = state->factored_step != h, fresh = false;
     double size_before = 0.0;
     monitor seen = {0};
-    newmark_step step = {.model = model,
-                         .state = state,
-                         .at = at,
-                         .now = &at->now,
-                         .w = w,
-                         .h = h,
-                         .per_v = per_v,
-                         .per_a = per_a};
+    newmark_step step; /* not all of it is used */
+    step.model = model;
+    step.state = state;
+    step.at = at;
+    step.w = w;
+    step.within = within;
+    step.h = h;
+    step.per_v = per_v;
+    step.per_a = per_a;
+    step.forces.model = model;
+    step.forces.time = balanced;
+    step.forces.of = (element_state){now, &at->sections, y, false};
+    step.forces.residual = at->residual;
     conditions_at(model, t, inputs, &at->now);
     start(&step);
     if (within) conditions_at(model, balanced, inputs, now);
     for (int iteration = 1; iteration <= model->scene.settings.max_newton_iterations; iteration++) {
-        element_monitor_start(&seen);
-        if (within) interpolate_alpha(at, w, values);
-        system_residual(model, balanced, now, at, y, renew, at->residual, &seen);
+        if (renew) state->factored_step = 0.0;
+        if (!iterate(&step, renew ? &mix : NULL, &seen))
+            return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
+                                  tolerance);
         if (renew) {
-            state->factored_step = 0.0;
-            if (!solver_factor(model, now, at, y, mix, SOLVER_JUNCTIONS_AS_IN_SCENE))
-                return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
-                                      tolerance);
             state->factored_step = h;
             state->rate = 1.0;
             state->refactorisations++;
@@ -263,15 +303,13 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
             fresh = true;
             size_before = 0.0;
         }
-        solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
-        team_share(at->team, model->halves, correct_half, &step);
         const double size = time_larger_size(step.size, model->halves);
         state->iterations++;
         state->last_iterations++;
         if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
         switch (time_newton_next(state, size, size_before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:
-            if (within) element_monitor_tensions(model, &at->now, at->u, &seen);
+            if (within) notice_end(&step, &seen);
             return time_newton_accept(state, &seen, t, report);
         case NEWTON_DIVERGED:
             return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size,
