@@ -111,6 +111,21 @@ def history_sizes(values: Sequence[Array] | Array) -> Array:
     return found
 
 
+def energy_line(spectra: NDArray[np.complex128], share: float) -> int:
+    """Return the highest line above which, itself included, a share of the kinetic energy lies.
+
+    Parameters
+    ----------
+    spectra : ndarray, shape (history, line)
+        Spectra of displacements.
+    share
+        Share of the energy; that of a line is the square of its value times its number.
+    """
+    given = np.asarray(spectra, order="C")
+    histories, lines = given.shape
+    return int(kernel.gallop_history_energy_line(lines, histories, _address(given), share))
+
+
 def ellipse_distances(x: Array, y: Array, ellipse: tuple[float, ...]) -> Array:
     """Return the distances [m] of points from an ellipse, negative inside.
 

@@ -158,6 +158,7 @@ def _load() -> c.CDLL:
         "gallop_history_size": (size, (whole,)),
         "gallop_history_numbers": (c.c_int, (whole, c.c_int32, pointer, double, *[pointer] * 2)),
         "gallop_history_sizes": (c.c_int, (whole, c.c_int32, *[pointer] * 2)),
+        "gallop_history_energy_line": (whole, (whole, c.c_int32, pointer, double)),
         "gallop_history_distances": (c.c_int, (whole, *[pointer] * 4)),
         "gallop_history_beats": (c.c_int, (whole, *[pointer] * 3, c.POINTER(double))),
     }

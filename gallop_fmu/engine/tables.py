@@ -9,6 +9,7 @@ import ctypes as c
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,7 +126,7 @@ class Tables:
         }
         self._numbers: list[Array] = []
         self._number_count = 0
-        self.places: dict[str, list[Place]] = defaultdict(list)
+        self._notes: list[tuple[str, str, Place]] = []
         self._arrays: list[Any] = []
 
     def c_scene(self) -> CScene:
@@ -162,7 +163,15 @@ class Tables:
 
     def note(self, path: str, table: str, item: int, offset: int, factor: float = 1.0) -> None:
         """Note a place where the value at a dotted path is stored."""
-        self.places[path].append(Place(table, item, offset, factor))
+        self._notes.append((path, "", Place(table, item, offset, factor)))
+
+    @cached_property
+    def places(self) -> dict[str, list[Place]]:
+        """Dotted path of each value of the packed scene: the places where it is stored."""
+        found: dict[str, list[Place]] = defaultdict(list)
+        for path, name, place in self._notes:
+            found[f"{path}.{name}" if name else path].append(place)
+        return found
 
     def copy(self, section: Any, table: str, path: str, fields: Mapping[str, str | None]) -> None:
         """Copy the named values of a section to the last item of a table.
@@ -170,14 +179,13 @@ class Tables:
         A field maps to its name in the structure where that differs.
         """
         item = len(self.tables[table]) - 1
-        target = self.tables[table][item]
-        for name, other in fields.items():
+        target: c.Structure = self.tables[table][item]
+        for name, field, offset, factor in _copies(type(target), tuple(fields.items())):
             value = getattr(section, name)
             if value is None:
                 continue
-            factor, field = _factor(name), other or name
             setattr(target, field, value if factor == 1.0 else value * factor)
-            self.note(f"{path}.{name}", table, item, getattr(type(target), field).offset, factor)
+            self._notes.append((path, name, Place(table, item, offset, factor)))
 
     def add_settings(self, scene: Any, gravity: str) -> CSettings:
         """Add the settings; `gravity` is the section of the scene that has it."""
@@ -299,6 +307,17 @@ class Tables:
         """Add a load on a chain, with its law by index."""
         self.add("load", CLoad(force=Three(*load.force), chain=chain, law=law))
         self.copy(load, "load", path, dict.fromkeys(("torque", "position", "evenly_spaced")))
+
+
+@cache
+def _copies(
+    structure: type[c.Structure], fields: tuple[tuple[str, str | None], ...]
+) -> tuple[tuple[str, str, int, float], ...]:
+    """Return name, field of the structure, its offset [bytes] and factor of each value to copy."""
+    return tuple(
+        (name, other or name, getattr(structure, other or name).offset, _factor(name))
+        for name, other in fields
+    )
 
 
 def _factor(name: str) -> float:

@@ -94,6 +94,18 @@ GALLOP_API int gallop_history_beats(int64_t samples, const double *values, const
 GALLOP_API int gallop_history_sizes(int64_t samples, int32_t histories, const double *values,
                                     double *sizes);
 
+/* The highest line of spectra above which, itself included, a share of the kinetic energy lies: of
+ * the sum of the squares of all lines times the squares of their numbers.
+ *
+ * @param lines    Number of lines, 1 or more
+ * @param spectra  Number of spectra of displacements, 1 or more
+ * @param values   (spectra, lines, 2): real and imaginary parts
+ * @param share    Share of the energy [1]
+ * @return         Number of the line, from 0; -1 for a bad call
+ */
+GALLOP_API int64_t gallop_history_energy_line(int64_t lines, int32_t spectra, const double *values,
+                                              double share);
+
 /* Numbers of an ellipse in a plane with axes x and y. */
 typedef enum {
     GALLOP_ELLIPSE_X, /* centre */

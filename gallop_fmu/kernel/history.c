@@ -88,3 +88,24 @@ int gallop_history_sizes(int64_t samples, int32_t histories, const double *value
         set_sizes(values + i * samples, samples, sizes + i * (GALLOP_HISTORY_DEVIATION + 1));
     return GALLOP_COMPLETED;
 }
+
+int64_t gallop_history_energy_line(int64_t lines, int32_t spectra, const double *values,
+                                   double share)
+{
+    if (lines < 1 || spectra < 1 || !base_pointer_usable(values, WORD)) return -1;
+    double whole = 0.0;
+    for (int pass = 0; pass < 2; pass++) { /* the whole energy, then a share of it */
+        double above = 0.0;
+        for (int64_t k = lines - 1; k >= 0; k--) {
+            double squares = 0.0;
+            for (int64_t i = 0; i < spectra; i++) {
+                const double *line = values + 2 * (i * lines + k);
+                squares += line[0] * line[0] + line[1] * line[1];
+            }
+            above += squares * ((double)k * (double)k);
+            if (pass && above >= share * whole) return k;
+        }
+        whole = above;
+    }
+    return 0;
+}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import types
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache, lru_cache
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
@@ -27,17 +27,25 @@ class Leaf(NamedTuple):
     meaning: str
 
 
-def leaves(section: Section, start: str = "", law_unit: str = "") -> Iterator[Leaf]:
-    """Yield all leaves of a section in order of declaration; `law_unit` is the unit of a law."""
+def leaves(section: Section) -> list[Leaf]:
+    """Return all leaves of a section in order of declaration."""
+    found: list[Leaf] = []
+    _add_leaves(found, section, "", "")
+    return found
+
+
+def _add_leaves(found: list[Leaf], section: Section, start: str, law_unit: str) -> None:
+    """Add the leaves of a section at a path; `law_unit` is the unit of a law."""
+    values = vars(section)
     for name, path, unit, meaning in _fields(type(section), start, law_unit):
-        value = getattr(section, name)
+        value = values[name]
         if isinstance(value, Section):
-            yield from leaves(value, path + ".", unit)
+            _add_leaves(found, value, path + ".", unit)
         elif isinstance(value, tuple) and value and isinstance(value[0], Section):
             for i, item in enumerate(value):
-                yield from leaves(item, f"{path}.{i}.")
+                _add_leaves(found, item, f"{path}.{i}.", "")
         else:
-            yield Leaf(path, value, unit, meaning)
+            found.append(Leaf(path, value, unit, meaning))
 
 
 @lru_cache(maxsize=10_000)  # a scene of a hundred spans has a thousand sections

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.engine.histories import history_sizes
+from gallop_fmu.engine.histories import energy_line, history_sizes
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Report
 from gallop_fmu.scene.gusts import coherent_length, force_ratio, station_spacing
@@ -137,32 +137,29 @@ def fastest_motion(
         return math.nan
     motions = np.array([*displacements, *velocities])
     moving, count = len(displacements), int(motions.shape[1])
-    low, high, mean, _ = history_sizes(motions).T
-    if not max(-low.min(), high.max()) < MAX_MOTION:
+    whole = history_sizes(motions).tolist()
+    if not all(-MAX_MOTION < low and high < MAX_MOTION for low, high, *_ in whole):
         return math.nan
     length = max(2, round(default_window(interval * (count - 1)) / interval) + 1)
     if length < MIN_SAMPLES:
         return math.nan
-    ranges = (high - low)[:moving]
-    place = int(ranges.argmax())
+    ranges = [high - low for low, high, *_ in whole[:moving]]
+    place = ranges.index(max(ranges))
     largest, end = motions[place], count
     if np.ptp(largest[-length:]) < 0.5 * ranges[place]:
-        end = min(count, int(np.argmax(np.abs(largest - mean[place]))) + length // 2)
+        end = min(count, int(np.argmax(np.abs(largest - whole[place][2]))) + length // 2)
     late = np.ascontiguousarray(motions[:, max(0, end - length) : end])
-    _, _, mean, deviation = history_sizes(late).T
-    variance = float(np.sum(deviation[:moving] ** 2))
+    sizes = history_sizes(late)
+    variances = [deviation**2 for deviation in sizes[:, 3].tolist()]
+    variance = sum(variances[:moving])
     if not variance > 0.5 * REST_AMPLITUDE**2:
         return math.nan
-    samples = int(late.shape[1])
-    lines = np.fft.rfft((late[:moving] - mean[:moving, None]) * _hann(samples))
-    number = np.arange(lines.shape[1])
-    energy = np.sum(lines.real**2 + lines.imag**2, axis=0) * number**2
-    above = np.cumsum(energy[::-1])[::-1]
-    line = int(np.count_nonzero(above >= FAST_ENERGY_SHARE * above[0])) - 1
-    found = line / (samples * interval)
+    samples = len(late[0])
+    lines = np.fft.rfft((late[:moving] - sizes[:moving, 2:3]) * _hann(samples))
+    found = energy_line(lines, FAST_ENERGY_SHARE) / (samples * interval)
     if len(velocities) != moving:
         return found
-    ratio = float(np.sum(deviation[moving:] ** 2)) / variance
+    ratio = sum(variances[moving:]) / variance
     return max(found, math.sqrt(ratio) / (2.0 * math.pi))
 
 

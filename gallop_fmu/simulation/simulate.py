@@ -232,7 +232,7 @@ class _Run(NamedTuple):
         provenance = Provenance(scene, equilibrium, report, seconds, _details(scene, model))
         count = len(next(iter(values.values()))[1])
         time = self.plan.interval * np.arange(count, dtype=np.float64)
-        x = np.full((len(nodes), 3), np.nan) if equilibrium is None else equilibrium.x[nodes]
+        x = equilibrium.x[nodes] if equilibrium else np.full((len(nodes), 3), np.nan)
         if isinstance(scene, LineScene):
             static = {} if model is None else rest_values(self.recording, model)
             dataset = line_histories({**values, **static}, time, nodes, x, self.mapped, provenance)
