@@ -50,7 +50,7 @@ VARIANTS = [
         "numerics.time_step",
         STEPS[:5],
         GAUSS,
-        newton=lambda step: 1e-8 * (step / 0.05) ** 4,
+        newton=lambda step: 5e-8 * (step / 0.05) ** 4,
     ),
     Variant("tolerance", "numerics.tolerance", TOLERANCES, {"numerics.time_step": INTERVAL}),
 ]

@@ -75,6 +75,7 @@ static inline bool base_has_fused_path(void)
 #endif
 }
 
+#define LANE_GROUPS (4 / LANES) /* vectors for the four unknowns of a node */
 #define LANE(x, k) (((double *)&(x))[k])
 #define LANES_AT(p) (*(lanes *)(p)) /* LANES values that lie side by side */
 
@@ -83,8 +84,10 @@ static inline bool base_has_fused_path(void)
 typedef long long lane_bits __attribute__((vector_size(32)));
 #define PICK(if_true, a, b)                                                                        \
     ((lanes)(((lane_bits)(if_true) & (lane_bits)(a)) | (~(lane_bits)(if_true) & (lane_bits)(b))))
+#define MAGNITUDE(x) ((lanes)((lane_bits)(x) & 0x7fffffffffffffffLL))
 #else
 #define PICK(if_true, a, b) ((if_true) ? (a) : (b))
+#define MAGNITUDE(x) fabs(x)
 #endif
 
 /* The constants of a strip; lanes beyond the last element repeat it. */
@@ -116,7 +119,6 @@ INLINE void transpose(lanes x[4])
     x[1] = MERGE(b, d, 0, 1, 4, 5);
     x[2] = MERGE(a, c, 2, 3, 6, 7);
     x[3] = MERGE(b, d, 2, 3, 6, 7);
-#undef MERGE
 #else
     (void)x;
 #endif

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MAGIC "GALLOPF9" /* the last character is the version of the format */
+#define STATE_MAGIC "GALLOPFA" /* the last character is the version of the format */
 
 /* Followed by the arrays of `cosim_inputs`, the same of the last step, the parameters, as stored in
  * the scene, the kernel's state, and its state at the start of the last step.  Without gaps: it is

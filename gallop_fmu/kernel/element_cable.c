@@ -407,23 +407,22 @@ TWO_PATHS static void start_residual(const double *restrict constant, int values
     for (int i = 0; i < values; i++) residual[i] = -constant[i];
 }
 
+TWO_PATHS static void subtract_multiple(const double *restrict force, int values, double factor,
+                                        double *restrict residual)
+{
+    for (int i = 0; i < values; i++) residual[i] -= factor * force[i];
+}
+
 static void subtract_loads(const gallop_model *model, const line_half *half, double t,
                            const conditions *now, double *residual)
 {
-    double amplitude = 0.0;
-    for (int l = 0; l < model->load_count; l++) {
-        const load_place *place = &model->place[l];
-        const gallop_load *load = &model->scene.load[place->load];
-        if (l == 0 || place->load != place[-1].load) /* evenly spaced loads share a law */
-            amplitude = now->load_factor * law_value(&model->law[load->law], t);
-        if (amplitude == 0.0 || place->chain < half->chain[0] || place->chain >= half->chain[1])
-            continue;
-        const int node = model->chain[place->chain].first_node + 2 * place->element;
-        for (int n = 0; n < 3; n++) {
-            double *r = residual + 4 * (node + n), w = amplitude * place->shape[n];
-            for (int i = 0; i < 3; i++) r[i] -= w * load->force[i];
-            r[3] -= w * load->torque;
-        }
+    for (int l = 0; l < model->scene.load_count; l++) {
+        const gallop_load *load = &model->scene.load[l];
+        const nodal_load *nodal = &model->nodal_load[l];
+        if (load->chain < half->chain[0] || load->chain >= half->chain[1]) continue;
+        const double amplitude = now->load_factor * law_value(&model->law[load->law], t);
+        if (amplitude != 0.0)
+            subtract_multiple(nodal->force, nodal->values, amplitude, residual + nodal->first);
     }
 }
 

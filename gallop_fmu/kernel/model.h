@@ -154,6 +154,12 @@ typedef struct {
     double shape[3];
 } load_place;
 
+/* The forces of a load at its full amplitude on the nodes of its elements. */
+typedef struct {
+    int first, values; /* of the unknowns of all nodes */
+    double *force;     /* [N], [N m] */
+} nodal_load;
+
 struct gallop_model {
     uint64_t magic, identity; /* identity: models of the same scene share it */
     void *allocated;          /* the memory in which the model lies */
@@ -174,21 +180,25 @@ struct gallop_model {
     junction *junction;
     tie *tie;
     device *device;
-    load_place *place; /* (load_count) loaded points */
+    load_place *place;      /* (load_count) loaded points */
+    nodal_load *nodal_load; /* of each load of the scene */
     law *law;
-    const law **wind;              /* (field_count) wind speed, */
-    const law **direction;         /* direction; NULL: 0 */
-    bool varied;                   /* a field is varied: there are */
-    wind_place *section_place;     /* (3 LANES strips) places of sections, in the order of
-                                      `sections`, and */
-    wind_place *node_place;        /* (nodes of all chains) of nodes */
-    double *shedding_time;         /* (shedding_count) [s] by the scene; infinite: not at a time */
-    double *x, *normal;            /* of all chains */
-    double *constant_force;        /* (nodes, 4) balances the initial state */
-    bool coupled;                  /* junctions join chains or devices: see solver.c */
-    int junction_reach;            /* farthest junctions that a chain or a device joins */
-    size_t chain_factors;          /* room for the factors of all chains, [doubles] of real ones, */
-    size_t factor_room;            /* and with the matrix of the junctions */
+    const law **wind;          /* (field_count) wind speed, */
+    const law **direction;     /* direction; NULL: 0 */
+    bool varied;               /* a field is varied: there are */
+    wind_place *section_place; /* (3 LANES strips) places of sections, in the order of
+                                  `sections`, and */
+    wind_place *node_place;    /* (nodes of all chains) of nodes */
+    double *shedding_time;     /* (shedding_count) [s] by the scene; infinite: not at a time */
+    double *x, *normal;        /* of all chains */
+    double *constant_force;    /* (nodes, 4) balances the initial state */
+    double *chord;             /* (nodes, 4) from the node before to the one after in the initial
+                                  equilibrium [m], */
+    double *chord_inverse;     /* (nodes, 4) and 1 / length; 0 at junctions: see time_turn.h */
+    bool coupled;              /* junctions join chains or devices: see solver.c */
+    int junction_reach;        /* farthest junctions that a chain or a device joins */
+    size_t chain_factors;      /* room for the factors of all chains, [doubles] of real ones, */
+    size_t factor_room;        /* and with the matrix of the junctions */
     size_t saved_size, state_size; /* to save a state, and with its scratch memory [bytes] */
 };
 

@@ -53,6 +53,12 @@ static int points_of(const gallop_load *load)
     return load->evenly_spaced > 0 ? load->evenly_spaced : 1;
 }
 
+/* Values of a nodal load: of the whole chain, or of one element. */
+static int load_values(const gallop_scene *s, const gallop_load *load)
+{
+    return load->evenly_spaced > 0 ? 4 * (2 * s->chain[load->chain].elements + 1) : 12;
+}
+
 static int strips_of(int elements)
 {
     return (elements + LANES - 1) / LANES;
@@ -120,6 +126,7 @@ typedef struct {
     strip *strip;
     kept_corner *kept;
     int *strip_start, *piece_near;
+    double *load_force;
 } shared;
 
 /* The arrays of a model with its counts, in one place: called without a block to count the memory,
@@ -140,9 +147,12 @@ static shared lay_out(arena *a, const gallop_scene *s, gallop_model *m)
     m->node_place = TAKE(a, m->varied ? m->nodes : 0, wind_place);
     m->shedding_time = TAKE(a, m->shedding_count, double);
     m->place = TAKE(a, m->load_count, load_place);
+    m->nodal_load = TAKE(a, s->load_count, nodal_load);
     m->x = TAKE(a, 3 * (size_t)m->nodes, double);
     m->normal = TAKE(a, 2 * (size_t)m->nodes, double);
     m->constant_force = TAKE(a, 4 * (size_t)m->nodes, double);
+    m->chord = TAKE(a, 4 * (size_t)m->nodes, double);
+    m->chord_inverse = TAKE(a, 4 * (size_t)m->nodes, double);
     m->scene.cross_section = COPY(a, s, cross_section);
     m->scene.curve = COPY(a, s, curve);
     m->scene.field = COPY(a, s, field);
@@ -154,10 +164,14 @@ static shared lay_out(arena *a, const gallop_scene *s, gallop_model *m)
     m->scene.law = COPY(a, s, law);
     m->scene.shedding = COPY(a, s, shedding);
     m->scene.number = COPY(a, s, number);
-    return (shared){TAKE(a, m->elements, geometry), TAKE(a, m->strips, strip),
+    size_t load_force = 0;
+    for (int i = 0; i < s->load_count; i++) load_force += (size_t)load_values(s, &s->load[i]);
+    return (shared){TAKE(a, m->elements, geometry),
+                    TAKE(a, m->strips, strip),
                     TAKE(a, 2 * (size_t)m->chain_count + (size_t)s->station_count, kept_corner),
                     TAKE(a, (size_t)m->strips + (size_t)m->chain_count, int),
-                    TAKE(a, (size_t)PIECE_BINS * (size_t)m->curve_count, int)};
+                    TAKE(a, (size_t)PIECE_BINS * (size_t)m->curve_count, int),
+                    TAKE(a, load_force, double)};
 }
 
 /* ---- tables of kinds from the scene ---- */
@@ -363,17 +377,21 @@ static void create_junctions(gallop_model *m)
     create_bodies(m);
 }
 
-static void create_load_places(gallop_model *m)
+static void create_load_places(gallop_model *m, double *load_force)
 {
     const gallop_scene *s = &m->scene;
     int place = 0;
-    for (int i = 0; i < s->load_count; i++)
+    for (int i = 0; i < s->load_count; i++) {
+        const int values = load_values(s, &s->load[i]);
+        m->nodal_load[i] = (nodal_load){0, values, load_force};
+        load_force += values;
         for (int k = 1; k <= points_of(&s->load[i]); k++)
             m->place[place++] = (load_place){
                 .load = i,
                 .chain = s->load[i].chain,
                 .fraction = s->load[i].evenly_spaced > 0 ? (double)k / (points_of(&s->load[i]) + 1)
                                                          : s->load[i].position};
+    }
 }
 
 /* What a caller sees of the first conductor and the devices at the first and last junction. */
@@ -445,7 +463,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     create_sections(m);
     create_chains(m, &arrays);
     create_junctions(m);
-    create_load_places(m);
+    create_load_places(m, arrays.load_force);
     device_create_all(m);
     device_prepare_all(m);
     derive_constants(m);

@@ -6,7 +6,7 @@ typedef struct {
     size_t pointer, count;
 } array;
 
-enum { SAVED_ARRAYS = 12, ARRAYS = SAVED_ARRAYS + 14 + 24 + 1 };
+enum { SAVED_ARRAYS = 13, ARRAYS = SAVED_ARRAYS + 15 + 24 + 1 };
 
 #define ARRAY(name, count) {offsetof(state_view, name), count}
 #define SECTION(name) {offsetof(state_view, sections.name), abscissae}
@@ -35,6 +35,7 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
         ARRAY(begin, stages ? (history - stages) * values : 0),
         ARRAY(factors, model->factor_room),
         ARRAY(complex_factors, stages ? 2 * model->factor_room : 0),
+        ARRAY(factored, stages ? values : 0),
         ARRAY(now_block, block),
         ARRAY(looked_from_block, block),
         ARRAY(lost, 2 * (size_t)model->shedding_count),
@@ -51,6 +52,7 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
         ARRAY(stage_a, sets * values),
         ARRAY(stage_residual, stages * values),
         ARRAY(complex_residual, stages ? 2 * values : 0),
+        ARRAY(along, stages * values),
         ARRAY(junction_rhs, model->coupled ? unknowns : 0),
         ARRAY(stage_block[0], block),
         ARRAY(stage_block[1], block),

@@ -54,7 +54,8 @@ typedef struct {
     double *stage_before; /* (stages, nodes, 4) Gauss: accelerations of the sub-step before, */
     double *begin;        /* (2, nodes, 4) and u v at its begin */
     double *factors;      /* of all chains, see solver.h */
-    double *complex_factors; /* Gauss: of the complex pair of its stages */
+    double *complex_factors; /* Gauss: of the complex pair of its stages, */
+    double *factored;        /* (nodes, 4) and directions of the cable for which both were made */
     double *now_block, *looked_from_block;
     double *lost;   /* (sheddings, 2) kinetic and potential energy of the ice that fell [J] */
     double *fallen; /* (sheddings) time at which the ice fell; infinite: it has not [s] */
@@ -65,6 +66,7 @@ typedef struct {
     double *stage_u, *stage_v, *stage_a; /* (stages, nodes, 4); generalised alpha: one instant */
     double *stage_residual;              /* (stages, nodes, 4) */
     double *complex_residual;            /* (nodes, 8) */
+    double *along;                       /* (stages, nodes, 4) Gauss: directions of the cable now */
     double *junction_rhs;                /* (parts, junctions, 4) if junctions are coupled */
     double *stage_block[GAUSS_STAGES];
     sections sections;

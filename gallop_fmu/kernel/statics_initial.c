@@ -259,6 +259,43 @@ static double partial_length(const double x[9], double xi)
     return length;
 }
 
+/* The directions of the cable at its nodes; none where junctions lie. */
+static void measure_chords(gallop_model *m)
+{
+    for (int i = 0; i < m->chain_count; i++) {
+        const chain *c = &m->chain[i];
+        int next = 0;
+        for (int n = 0; n < c->nodes; n++) {
+            double *chord = m->chord + 4 * (size_t)(c->first_node + n), square = 0.0;
+            double *inverse = m->chord_inverse + 4 * (size_t)(c->first_node + n);
+            if (n == 2 * c->kept[next].corner) {
+                next++;
+                continue;
+            }
+            for (int k = 0; k < 3; k++) {
+                chord[k] = c->x[3 * (n + 1) + k] - c->x[3 * (n - 1) + k];
+                square += chord[k] * chord[k];
+            }
+            for (int k = 0; k < 3; k++) inverse[k] = 1.0 / sqrt(square);
+        }
+    }
+}
+
+/* Adds a loaded point to the nodal forces of its load. */
+static void add_point(gallop_model *m, const load_place *place)
+{
+    const gallop_load *load = &m->scene.load[place->load];
+    nodal_load *of = &m->nodal_load[place->load];
+    const int node = m->chain[place->chain].first_node;
+    const int own = 4 * (node + 2 * place->element);
+    of->first = load->evenly_spaced > 0 ? 4 * node : own;
+    double *force = of->force + (own - of->first);
+    for (int n = 0; n < 3; n++) {
+        for (int i = 0; i < 3; i++) force[4 * n + i] += place->shape[n] * load->force[i];
+        force[4 * n + 3] += place->shape[n] * load->torque;
+    }
+}
+
 /* The fraction of the conductor's length at which a loaded point lies becomes an element and its
  * shape functions. */
 static void place_loads(gallop_model *m)
@@ -287,6 +324,7 @@ static void place_loads(gallop_model *m)
         place->shape[0] = 0.5 * xi * (xi - 1.0);
         place->shape[1] = 1.0 - xi * xi;
         place->shape[2] = 0.5 * xi * (xi + 1.0);
+        add_point(m, place);
     }
 }
 
@@ -325,6 +363,7 @@ int statics_initial(gallop_model *m, gallop_report *report)
     if (!outcome) {
         statics_derive(m, &at);
         place_loads(m);
+        measure_chords(m);
     }
     free(work);
     return outcome;

@@ -15,12 +15,11 @@
 #include "solver.h"
 #include "system.h"
 #include "time_integration.h"
+#include "time_turn.h"
 
 #define STAGES GAUSS_STAGES
+#define NEWTON_SHARE 0.1 /* of the Newton tolerance: what is left acts through three stages */
 #define ROOT_15 3.8729833462074168852
-
-#define MAX_REUSE_RATE                                                                             \
-    0.6 /* a factorisation is renewed when the observed convergence rate is worse */
 
 static const double node[STAGES] = {0.5 - ROOT_15 / 10.0, 0.5, 0.5 + ROOT_15 / 10.0}; /* c */
 
@@ -29,6 +28,17 @@ static const double lagrange[STAGES][3] = {
     {(5.0 + ROOT_15) / 6.0, -(10.0 + ROOT_15) / 3.0, 10.0 / 3.0},
     {-2.0 / 3.0, 20.0 / 3.0, -20.0 / 3.0},
     {(5.0 - ROOT_15) / 6.0, -(10.0 - ROOT_15) / 3.0, 10.0 / 3.0}};
+
+/* The inverse of v_j(c_i), and its square: velocity and acceleration of the stages by h and h^2
+ * from their displacements. */
+static const double derivative[STAGES][STAGES] = {
+    {5.0, 1.1639777949432225136, -0.16397779494322251357},
+    {-5.727486121839514071, 2.0, 0.72748612183951407098},
+    {10.163977794943222514, -9.1639777949432225136, 5.0}};
+static const double second[STAGES][STAGES] = {
+    {16.666666666666666667, 9.6505334363260017481, -0.79300025748167103692},
+    {-32.698250064370417759, -9.3333333333333333333, 6.0315833977037510926},
+    {154.12633359081500437, -52.317200102992668415, 16.666666666666666667}};
 
 /* Eigenvalues l, columns of T, rows of T^-1: the real one, and real and imaginary part of one of
  * the pair. */
@@ -79,31 +89,34 @@ static range range_of(const gallop_model *model, int half)
 
 /* u and v at the time x h of a step that starts from u0, v0; a (3, nodes, 4) are the stages'
  * accelerations. */
-
-INLINE void integrate(const state_view *at, const double *restrict a, range of, double h, double x,
-                      double *restrict u, double *restrict v)
+INLINE void integrate(const state_view *at, const double *a, range of, double h, double x,
+                      double *u, double *v)
 {
     const weights w = weights_at(x);
     const int values = of.values;
-    for (int n = of.first; n < of.end; n++) {
-        const double a0 = a[n], a1 = a[values + n], a2 = a[2 * values + n];
-        u[n] = at->u0[n] + h * (x * at->v0[n] + h * (w.u[0] * a0 + w.u[1] * a1 + w.u[2] * a2));
-        v[n] = at->v0[n] + h * (w.v[0] * a0 + w.v[1] * a1 + w.v[2] * a2);
+    const double x_h = x * h, by_u[STAGES] = {h * h * w.u[0], h * h * w.u[1], h * h * w.u[2]};
+    const double by_v[STAGES] = {h * w.v[0], h * w.v[1], h * w.v[2]};
+    for (int n = of.first; n < of.end; n += LANES) {
+        const lanes a0 = LANES_AT(a + n), a1 = LANES_AT(a + values + n),
+                    a2 = LANES_AT(a + 2 * values + n), v0 = LANES_AT(at->v0 + n);
+        LANES_AT(u + n) =
+            LANES_AT(at->u0 + n) + x_h * v0 + (by_u[0] * a0 + by_u[1] * a1 + by_u[2] * a2);
+        LANES_AT(v + n) = v0 + (by_v[0] * a0 + by_v[1] * a1 + by_v[2] * a2);
     }
 }
 PATHS(integrate,
-      (const state_view *at, const double *restrict a, range of, double h, double x,
-       double *restrict u, double *restrict v),
+      (const state_view *at, const double *a, range of, double h, double x, double *u, double *v),
       (at, a, of, h, x, u, v))
 
 /* The acceleration at the time x h of a step. */
-TWO_PATHS static void accelerate(const double *restrict a, range of, double x, double *restrict out)
+INLINE void accelerate(const double *a, range of, double x, double *out)
 {
     const weights w = weights_at(x);
-    const int values = of.values;
-    for (int n = of.first; n < of.end; n++)
-        out[n] = w.a[0] * a[n] + w.a[1] * a[values + n] + w.a[2] * a[2 * values + n];
+    for (int n = of.first; n < of.end; n += LANES)
+        LANES_AT(out + n) = w.a[0] * LANES_AT(a + n) + w.a[1] * LANES_AT(a + of.values + n) +
+                            w.a[2] * LANES_AT(a + 2 * of.values + n);
 }
+PATHS(accelerate, (const double *a, range of, double x, double *out), (a, of, x, out))
 
 static motion stage_motion(const gallop_model *model, const state_view *at, int i)
 {
@@ -117,6 +130,7 @@ typedef struct {
     const gallop_state *state;
     state_view *at;
     double h;
+    bool renew; /* the tangent is factorised with the next correction */
     system_forces forces[STAGES];
     double size[2];  /* of the correction in each half */
     monitor seen[2]; /* at the end of the step */
@@ -134,10 +148,12 @@ static void predict_half(void *task, int half)
     time_keep_half(model, at, half);
     for (int i = 0; i < STAGES; i++) {
         double *a = at->stage_a + (size_t)i * own.values;
-        if (isfinite(s->state->step_before))
-            accelerate(at->stage_before, own, 1.0 + node[i] * h / s->state->step_before, a);
-        else
+        if (isfinite(s->state->step_before)) {
+            ON_PATH(model->fused, accelerate)
+            (at->stage_before, own, 1.0 + node[i] * h / s->state->step_before, a);
+        } else {
             time_copy_half(model, half, at->a0, a);
+        }
     }
     for (int i = 0; i < STAGES; i++) {
         const size_t first = (size_t)i * own.values;
@@ -148,32 +164,55 @@ static void predict_half(void *task, int half)
     }
 }
 
-/* The stages' residuals in the eigenvectors: the real system's into at->residual, the pair's into
- * at->pair_residual. */
-INLINE void separate(const state_view *at, range of)
+/* The stages' residuals, turned, in the eigenvectors: the real system's into at->residual, the
+ * pair's into at->pair_residual.  The first and the last node are junctions. */
+INLINE void separate(const gallop_model *model, const state_view *at, range of)
 {
     const int values = of.values;
-    const double *restrict r0 = at->stage_residual, *restrict r1 = r0 + values,
-                           *restrict r2 = r1 + values;
-    double *restrict real = at->residual, *restrict pair = at->complex_residual;
-    for (int n = of.first; n < of.end; n += 4)
-        for (int k = 0; k < 4; k++) {
-            const double x = r0[n + k], y = r1[n + k], z = r2[n + k];
-            real[n + k] = row[0][0] * x + row[0][1] * y + row[0][2] * z;
-            pair[2 * n + k] = row[1][0] * x + row[1][1] * y + row[1][2] * z;
-            pair[2 * n + 4 + k] = row[2][0] * x + row[2][1] * y + row[2][2] * z;
+    const double *residual = at->stage_residual, *u = at->stage_u;
+    const turning turned = turn_of(model, at);
+    double *real = at->residual, *complex = at->complex_residual;
+    for (int n = of.first; n < of.end; n += 4) {
+        const bool end = n == 0 || n == values - 4;
+        lanes r[STAGES][LANE_GROUPS];
+        for (int k = 0; k < STAGES; k++) {
+            for (int i = 0; i < LANE_GROUPS; i++)
+                r[k][i] = LANES_AT(residual + k * values + n + LANES * i);
+            if (!end) turn_force(&turned, u + k * values, k * values, n, r[k]);
         }
+        for (int i = 0; i < LANE_GROUPS; i++) {
+            const int m = n + LANES * i;
+            const lanes x = r[0][i], y = r[1][i], z = r[2][i];
+            double *pair = complex + n + m; /* four real parts, four imaginary ones */
+            LANES_AT(real + m) = row[0][0] * x + row[0][1] * y + row[0][2] * z;
+            LANES_AT(pair) = row[1][0] * x + row[1][1] * y + row[1][2] * z;
+            LANES_AT(pair + 4) = row[2][0] * x + row[2][1] * y + row[2][2] * z;
+        }
+    }
 }
-PATHS(separate, (const state_view *at, range of), (at, of))
+PATHS(separate, (const gallop_model *model, const state_view *at, range of), (model, at, of))
 
 /* The tangent is that of the middle stage, whose sections are evaluated last. */
-static const int order[STAGES] = {0, 2, 1};
+enum { MIDDLE = 1 };
+static const int order[STAGES] = {0, 2, MIDDLE};
+
+/* A new tangent has the directions of the middle stage. */
+INLINE void note_directions(const gallop_model *model, const state_view *at, range of)
+{
+    const turning turned = turn_of(model, at);
+    const int last = of.values - 4;
+    turn_note(&turned, at->stage_u + MIDDLE * of.values, of.first > 0 ? of.first : 4,
+              of.end < last ? of.end : last, at->factored);
+}
+PATHS(note_directions, (const gallop_model *model, const state_view *at, range of), (model, at, of))
 
 static void find_forces(void *task, int half)
 {
     gauss_step *s = task;
+    const range own = range_of(s->model, half);
     for (int k = 0; k < STAGES; k++) system_find_forces(&s->forces[order[k]], half);
-    ON_PATH(s->model->fused, separate)(s->at, range_of(s->model, half));
+    if (s->renew) ON_PATH(s->model->fused, note_directions)(s->model, s->at, own);
+    ON_PATH(s->model->fused, separate)(s->model, s->at, own);
 }
 
 /* A complex factor: of the pair's solution only twice the real part is asked for, as its conjugate
@@ -194,41 +233,50 @@ static number pair_inverse(double h)
     return (number){re / square, -im / square};
 }
 
-/* Takes the correction that the solved systems mean for stage i from its u, v, a; leaves that of u
- * in its residual. */
-INLINE void correct(const state_view *at, range of, int i, double h)
+/* Takes the corrections that the solved systems mean from u, v, a of the stages; returns the size
+ * of those of u. */
+INLINE double correct(const gallop_model *model, const state_view *at, range of, double h)
 {
-    const double *restrict y = at->residual, *restrict pair = at->complex_residual;
-    const size_t first = (size_t)i * of.values;
-    double *restrict du = at->stage_residual + first, *restrict u = at->stage_u + first;
-    double *restrict v = at->stage_v + first, *restrict a = at->stage_a + first;
-    const double real = 1.0 / (h * eigenvalue[0]), to_u = column[0][i], to_v = to_u * real,
-                 to_a = to_v * real;
-    const number inverse = pair_inverse(h), p = {2.0 * column[1][i], 2.0 * column[2][i]};
-    const number q = times(p, inverse), r = times(q, inverse);
-    for (int n = of.first; n < of.end; n += 4)
-        for (int k = 0; k < 4; k++) {
-            const double x = y[n + k], re = pair[2 * n + k], im = pair[2 * n + 4 + k];
-            du[n + k] = to_u * x + p.re * re - p.im * im;
-            u[n + k] -= du[n + k];
-            v[n + k] -= to_v * x + q.re * re - q.im * im;
-            a[n + k] -= to_a * x + r.re * re - r.im * im;
+    const int values = of.values;
+    const double by_v = 1.0 / h, by_a = by_v * by_v;
+    const double *real = at->residual, *complex = at->complex_residual;
+    const turning turned = turn_of(model, at);
+    double *u = at->stage_u, *v = at->stage_v, *a = at->stage_a;
+    correction_size seen = {{{0.0}}, {{0.0}}};
+    for (int n = of.first; n < of.end; n += 4) {
+        const bool end = n == 0 || n == values - 4;
+        lanes du[STAGES][LANE_GROUPS];
+        for (int k = 0; k < STAGES; k++) {
+            const double re = 2.0 * column[1][k], im = 2.0 * column[2][k];
+            for (int i = 0; i < LANE_GROUPS; i++) {
+                const double *pair = complex + 2 * n + LANES * i;
+                du[k][i] = column[0][k] * LANES_AT(real + n + LANES * i) + re * LANES_AT(pair) -
+                           im * LANES_AT(pair + 4);
+            }
+            if (!end) turn_back(&turned, k * values, n, du[k]);
         }
+        for (int i = 0; i < LANE_GROUPS; i++)
+            for (int k = 0; k < STAGES; k++) {
+                const int place = k * values + n + LANES * i;
+                const lanes x = du[0][i], y = du[1][i], z = du[2][i];
+                LANES_AT(u + place) -= du[k][i];
+                LANES_AT(v + place) -=
+                    by_v * (derivative[k][0] * x + derivative[k][1] * y + derivative[k][2] * z);
+                LANES_AT(a + place) -=
+                    by_a * (second[k][0] * x + second[k][1] * y + second[k][2] * z);
+                time_note_size(&seen, i, &du[k][i]);
+            }
+    }
+    return time_size_of(&seen);
 }
-PATHS(correct, (const state_view *at, range of, int i, double h), (at, of, i, h))
+VALUE_PATHS(double, correct, (const gallop_model *model, const state_view *at, range of, double h),
+            (model, at, of, h))
 
 static void correct_half(void *task, int half)
 {
     gauss_step *s = task;
-    const range own = range_of(s->model, half);
-    double size = 0.0;
-    for (int i = 0; i < STAGES; i++) {
-        ON_PATH(s->model->fused, correct)(s->at, own, i, s->h);
-        const double *du = s->at->stage_residual + (size_t)i * own.values;
-        const double of_stage = time_correction_size(du + own.first, own.end - own.first);
-        size = of_stage <= size ? size : of_stage; /* lets NaN pass */
-    }
-    s->size[half] = size;
+    s->size[half] =
+        ON_PATH(s->model->fused, correct)(s->model, s->at, range_of(s->model, half), s->h);
 }
 
 /* The end of a step that was found. */
@@ -238,26 +286,26 @@ static void end_half(void *task, int half)
     const state_view *at = s->at;
     const range own = range_of(s->model, half);
     ON_PATH(s->model->fused, integrate)(at, at->stage_a, own, s->h, 1.0, at->u, at->v);
-    accelerate(at->stage_a, own, 1.0, at->a);
+    ON_PATH(s->model->fused, accelerate)(at->stage_a, own, 1.0, at->a);
     junction_prescribe_half(s->model, &at->now, half, at->u, at->v, at->a);
     element_monitor_start(&s->seen[half]);
     element_monitor_tensions(s->model, half, &at->now, at->u, &s->seen[half]);
 }
 
-/* An iteration, with new tangents or not.  False: one is not positive definite. */
-static bool iterate(gauss_step *s, bool renew, monitor *seen)
+/* An iteration.  False: one is not positive definite. */
+static bool iterate(gauss_step *s, monitor *seen)
 {
     const state_view *at = s->at;
-    const motion middle = stage_motion(s->model, at, 1);
+    const motion middle = stage_motion(s->model, at, MIDDLE);
     const double real = 1.0 / (s->h * eigenvalue[0]);
     const number inverse = pair_inverse(s->h), square = times(inverse, inverse);
     const tangent_weights mix = {1.0, real, real * real},
                           pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
     const solver_equations equations[2] = {
-        {SOLVER_REAL, &at->stage[1], middle, renew ? &mix : NULL, at->residual},
-        {SOLVER_COMPLEX, &at->stage[1], middle, renew ? pair : NULL, at->complex_residual}};
+        {SOLVER_REAL, &at->stage[MIDDLE], middle, s->renew ? &mix : NULL, at->residual},
+        {SOLVER_COMPLEX, &at->stage[MIDDLE], middle, s->renew ? pair : NULL, at->complex_residual}};
     const solver_frame frame = {find_forces, correct_half, s};
-    for (int i = 0; i < STAGES; i++) s->forces[i].of.slopes = renew;
+    for (int i = 0; i < STAGES; i++) s->forces[i].of.slopes = s->renew;
     element_monitor_start(seen);
     const bool solved =
         solver_run(s->model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, equations, 2, &frame);
@@ -290,7 +338,8 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
     team_share(at->team, model->halves, predict_half, &step);
     for (int iteration = 1; iteration <= model->scene.settings.max_newton_iterations; iteration++) {
         if (renew) state->factored_step = 0.0;
-        if (!iterate(&step, renew, &seen))
+        step.renew = renew;
+        if (!iterate(&step, &seen))
             return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
                                   tolerance);
         if (renew) {
@@ -305,7 +354,7 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
         state->iterations++;
         state->last_iterations++;
         if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
-        switch (time_newton_next(state, size, before, fresh, MAX_REUSE_RATE, tolerance)) {
+        switch (time_newton_next(state, size, before, fresh, NEWTON_SHARE * tolerance)) {
         case NEWTON_CONVERGED:
             team_share(at->team, model->halves, end_half, &step);
             for (int half = 0; half < model->halves; half++)

@@ -19,25 +19,30 @@ double time_correction_size(const double *du, int values);
 /* The same for a loop that also does something else; by unknown, so that the four need not wait for
  * each other. */
 typedef struct {
-    double largest[4], sum[4];
+    lanes largest[LANE_GROUPS], sum[LANE_GROUPS];
 } correction_size;
 
-/* Corrections of LANES unknowns from `unknown` on. */
-INLINE void time_note_size(correction_size *seen, int unknown, const double *corrections)
+/* Corrections of group `i` of the unknowns of a node. */
+INLINE void time_note_size(correction_size *seen, int i, const lanes *corrections)
 {
-    const lanes x = LANES_AT(corrections), size = PICK(x < 0.0 * x, -x, x);
-    const lanes most = LANES_AT(seen->largest + unknown);
-    LANES_AT(seen->largest + unknown) = PICK(size > most, size, most);
-    LANES_AT(seen->sum + unknown) += x; /* the maximum lets NaN pass */
+    const lanes x = *corrections, size = MAGNITUDE(x);
+    seen->largest[i] = PICK(size > seen->largest[i], size, seen->largest[i]);
+    seen->sum[i] += x; /* the maximum lets NaN pass */
 }
 
 INLINE double time_size_of(const correction_size *seen)
 {
-    const double *most = seen->largest, *sum = seen->sum, all = sum[0] + sum[1] + sum[2] + sum[3];
-    return isfinite(all) ? fmax(fmax(most[0], most[1]), fmax(most[2], most[3])) : NAN;
+    double most = 0.0, all = 0.0;
+    for (int i = 0; i < LANE_GROUPS; i++)
+        for (int k = 0; k < LANES; k++) {
+            most = fmax(most, LANE(seen->largest[i], k));
+            all += LANE(seen->sum[i], k);
+        }
+    return isfinite(all) ? most : NAN;
 }
+
 newton_action time_newton_next(gallop_state *state, double size, double before, bool fresh,
-                               double slow, double tolerance);
+                               double tolerance);
 int time_newton_accept(gallop_state *state, const monitor *seen, double t, gallop_report *report);
 int time_angle_failure(const monitor *seen, double t, gallop_report *report);
 

@@ -22,9 +22,6 @@ static weights weights_of(const gallop_model *model)
     return (weights){m, f, 0.25 * more * more, 0.5 - m + f};
 }
 
-#define MAX_REUSE_RATE                                                                             \
-    0.3 /* a factorisation is renewed when the observed convergence rate is worse */
-
 /* Ways to extrapolate the acceleration by one of equal steps: factors of a0 and of those before it.
  * A straight line, a parabola, a cubic, and a straight line on which lies a motion that changes
  * sign at every step: that is what this method makes of axial modes that the step does not resolve,
@@ -207,14 +204,14 @@ INLINE double correct(const newmark_step *s, int first, int end)
 {
     const double per_v = s->per_v, per_a = s->per_a, *restrict change = s->at->residual;
     double *restrict u = s->at->u, *restrict v = s->at->v, *restrict a = s->at->a;
-    correction_size seen = {{0.0}, {0.0}};
+    correction_size seen = {{{0.0}}, {{0.0}}};
     for (int n = first; n < end; n += 4)
         for (int i = n; i < n + 4; i += LANES) {
             const lanes x = LANES_AT(change + i);
             LANES_AT(u + i) -= x;
             LANES_AT(v + i) -= per_v * x;
             LANES_AT(a + i) -= per_a * x;
-            time_note_size(&seen, i - n, change + i);
+            time_note_size(&seen, (i - n) / LANES, &x);
         }
     return time_size_of(&seen);
 }
@@ -307,7 +304,7 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
         state->iterations++;
         state->last_iterations++;
         if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
-        switch (time_newton_next(state, size, size_before, fresh, MAX_REUSE_RATE, tolerance)) {
+        switch (time_newton_next(state, size, size_before, fresh, tolerance)) {
         case NEWTON_CONVERGED:
             if (within) notice_end(&step, &seen);
             return time_newton_accept(state, &seen, t, report);

@@ -8,11 +8,15 @@
  * converge faster. */
 #define MIN_ASSUMED_RATE 0.1
 
+#define MAX_REUSE_RATE                                                                             \
+    0.3 /* a factorisation is renewed when the observed convergence rate is worse */
+
 TWO_PATHS static double largest_size(const double *du, int values)
 {
-    correction_size seen = {{0.0}, {0.0}};
+    correction_size seen = {{{0.0}}, {{0.0}}};
     for (int n = 0; n < values; n += 4)
-        for (int i = 0; i < 4; i += LANES) time_note_size(&seen, i, du + n + i);
+        for (int i = 0; i < LANE_GROUPS; i++)
+            time_note_size(&seen, i, (const lanes *)(du + n + LANES * i));
     return time_size_of(&seen);
 }
 
@@ -22,10 +26,10 @@ double time_correction_size(const double *du, int values)
 }
 
 /* After a correction of `size`, `before` the one before it (0: none) with the same tangent.  The
- * rate of convergence is remembered from step to step; where it is worse than `slow`, a new
+ * rate of convergence is remembered from step to step; where it is bad, a new
  * factorisation costs less than more iterations. */
 newton_action time_newton_next(gallop_state *state, double size, double before, bool fresh,
-                               double slow, double tolerance)
+                               double tolerance)
 {
     if (before > 0.0) {
         double rate = size / before;
@@ -35,7 +39,8 @@ newton_action time_newton_next(gallop_state *state, double size, double before, 
     /* what is left of the error after this correction, were it to shrink at the observed rate */
     double left = state->rate < 0.9 ? size * state->rate / (1.0 - state->rate) : size;
     if (left < tolerance || size < 1e-3 * tolerance) return NEWTON_CONVERGED;
-    return before > 0.0 && state->rate > slow && !fresh ? NEWTON_REFACTORISE : NEWTON_CONTINUE;
+    return before > 0.0 && state->rate > MAX_REUSE_RATE && !fresh ? NEWTON_REFACTORISE
+                                                                  : NEWTON_CONTINUE;
 }
 
 /* The angle is reported within the turn centred on the curve's range, so that it lies beyond the
