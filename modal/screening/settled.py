@@ -35,8 +35,8 @@ ELEMENTS, STEPS = 8, 100
 """Elements, and time steps in a period of the first vertical mode, of a simulation."""
 
 NEWTON_TOLERANCE = 1e-8
-"""Tolerance [m] of Newton's method in a time step of a simulation. With 1e-7 and 1e-6 one of 26 drawn
-spans (13 of set 20261203 of states_table.py) ends on another of its irregular motions."""
+"""Tolerance [m] of Newton's method in a time step of a simulation. With 1e-7 and 1e-6 one of 26
+drawn spans (13 of set 20261203 of states_table.py) ends on another of its irregular motions."""
 
 CHECK_STEPS = 150
 """Such time steps when an orbit is compared with the full model over one period."""
