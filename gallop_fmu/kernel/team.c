@@ -1,6 +1,6 @@
 /* Two threads that share work, without locks: neither ever sleeps within a call of gallop_run. */
 #if !defined(_WIN32)
-#define _POSIX_C_SOURCE 200112L
+#define _POSIX_C_SOURCE 200112L /* NOLINT(bugprone-reserved-identifier): POSIX has the name */
 #endif
 #include "base_memory.h"
 #include "team.h"
