@@ -29,6 +29,7 @@ from gallop_fmu.cli.terminal import (
     print_warnings,
     whole,
 )
+from gallop_fmu.foundation.text_rules import counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -384,8 +385,6 @@ def _grouped(runs: Runs, rows: Sequence[Row], key: str) -> list[str]:
     for row in rows:
         if row.get(key):
             groups.setdefault(re.sub(r"[\d.]+", "", row[key]), []).append(row)
-    from gallop_fmu.foundation.text_rules import counted
-
     sentences = []
     for first, *others in groups.values():
         more = f" and {counted(len(others), 'more run')}" if others else ""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.library import address, kernel
 from gallop_fmu.engine.state import insist
 
 Array = NDArray[np.float64]
@@ -84,7 +84,7 @@ def history_numbers(
     work, numbers = _work(samples), np.empty((histories, len(HistoryNumbers._fields)))
     insist(
         kernel.gallop_history_numbers(
-            samples, histories, _address(given), even, _address(work), _address(numbers)
+            samples, histories, address(given), even, address(work), address(numbers)
         )
     )
     return [HistoryNumbers(*row) for row in numbers.tolist()]
@@ -107,7 +107,7 @@ def history_sizes(values: Sequence[Array] | Array) -> Array:
     given = np.asarray(values, dtype=np.float64, order="C")
     histories, samples = given.shape
     found = np.empty((histories, 4))
-    insist(kernel.gallop_history_sizes(samples, histories, _address(given), _address(found)))
+    insist(kernel.gallop_history_sizes(samples, histories, address(given), address(found)))
     return found
 
 
@@ -123,7 +123,7 @@ def energy_line(spectra: NDArray[np.complex128], share: float) -> int:
     """
     given = np.asarray(spectra, order="C")
     histories, lines = given.shape
-    return int(kernel.gallop_history_energy_line(lines, histories, _address(given), share))
+    return int(kernel.gallop_history_energy_line(lines, histories, address(given), share))
 
 
 def ellipse_distances(x: Array, y: Array, ellipse: tuple[float, ...]) -> Array:
@@ -140,7 +140,7 @@ def ellipse_distances(x: Array, y: Array, ellipse: tuple[float, ...]) -> Array:
     numbers, found = np.array(ellipse), np.empty(across.shape)
     insist(
         kernel.gallop_history_distances(
-            across.size, *(_address(part) for part in (across, up, numbers, found))
+            across.size, *(address(part) for part in (across, up, numbers, found))
         )
     )
     return found
@@ -160,7 +160,7 @@ def beat_share(values: Array, numbers: HistoryNumbers) -> float:
     work, share = _work(len(given)), c.c_double()
     insist(
         kernel.gallop_history_beats(
-            len(given), _address(given), _address(found), _address(work), c.byref(share)
+            len(given), address(given), address(found), address(work), c.byref(share)
         )
     )
     return share.value
@@ -168,7 +168,3 @@ def beat_share(values: Array, numbers: HistoryNumbers) -> float:
 
 def _work(samples: int) -> NDArray[np.uint8]:
     return np.empty(kernel.gallop_history_size(samples), dtype=np.uint8)
-
-
-def _address(values: NDArray[np.generic]) -> int:
-    return values.ctypes.data

@@ -8,7 +8,7 @@ import sys
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gallop_fmu.engine.ctypes_structs import (
     CDerived,
@@ -21,6 +21,10 @@ from gallop_fmu.engine.ctypes_structs import (
     Layout,
     mirrored_layout,
 )
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
@@ -173,6 +177,11 @@ def _load() -> c.CDLL:
 
 kernel = _load()
 """The library, with the types of its functions."""
+
+
+def address(values: NDArray[np.generic]) -> int:
+    """Address of the numbers of an array, as the functions of the library take it."""
+    return values.ctypes.data
 
 
 @functools.cache

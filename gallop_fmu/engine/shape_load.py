@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.library import address, kernel
 from gallop_fmu.engine.model import Model
 from gallop_fmu.foundation.argument_checks import numbers
 
@@ -60,10 +60,10 @@ class ShapeLoad:
             self._model.handle,
             self._sections,
             self._element.ctypes.data_as(c.POINTER(c.c_int32)),
-            _address(self._table),
+            address(self._table),
             self._modes,
-            _address(self._shape),
-            _address(self._weight),
+            address(self._shape),
+            address(self._weight),
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -94,13 +94,8 @@ class ShapeLoad:
         motion[:n], motion[n : 2 * n], motion[2 * n : -1] = q.T, v.T, a.T
         motion[-1] = np.ravel(wind)
         force = np.empty((n, count))
-        refused = kernel.gallop_shape_load(*self._given, count, _address(motion), _address(force))
+        refused = kernel.gallop_shape_load(*self._given, count, address(motion), address(force))
         if refused:
             numbers("motion", motion, motion.shape)
             raise RuntimeError(f"the kernel refused a call with outcome {refused}")
         return force.T
-
-
-def _address(values: Array) -> int:
-    """Address of the numbers of an array."""
-    return int(values.__array_interface__["data"][0])

@@ -1,7 +1,9 @@
 /* A team of two threads that share the work of one line.  The kernel starts no thread: a second
  * thread of the caller helps (gallop_assist).  A piece of work has two halves.  The first thread
- * computes one half; whoever is free first takes the other one, so that nobody waits for a thread
- * that has no processor.  Each half is computed by the same code, in either thread. */
+ * computes one half; the thread that is free first computes the other one.  So the first thread
+ * does not wait for one that has no processor.  Each half is computed by the same code in either
+ * thread.
+ */
 #ifndef GALLOP_TEAM_H
 #define GALLOP_TEAM_H
 

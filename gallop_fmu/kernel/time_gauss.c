@@ -165,7 +165,7 @@ static void predict_half(void *task, int half)
 }
 
 /* The stages' residuals, turned, in the eigenvectors: the real system's into at->residual, the
- * pair's into at->pair_residual.  The first and the last node are junctions. */
+ * pair's into at->complex_residual.  The first and the last node are junctions. */
 INLINE void separate(const gallop_model *model, const state_view *at, range of)
 {
     const int values = of.values;
